@@ -25,7 +25,7 @@ from setuptools.errors import CompileError, LinkError
 ROOT = Path(__file__).resolve().parent
 os.chdir(ROOT)  # setuptools wants relative paths; some front ends start elsewhere
 
-ROOMS = {
+PACKAGES = {
     "bladesmith": "runtime",
     "bladesmith.codegen": "codegen",
     "bladesmith.templates": "templates",
@@ -46,12 +46,12 @@ EVERYTHING = WANTED == "all"
 REQUIRED = os.environ.get("BLADESMITH_REQUIRE_EXTENSION", "") not in ("", "0")
 
 
-def folders(room: str) -> list[Path]:
-    """The room and every folder in it, caches and hidden ones left out."""
-    below = [path for path in Path(room).rglob("*") if path.is_dir()]
+def folders(root: str) -> list[Path]:
+    """A folder and every folder in it, caches and hidden ones left out."""
+    below = [path for path in Path(root).rglob("*") if path.is_dir()]
     return [
         path
-        for path in [Path(room), *sorted(below)]
+        for path in [Path(root), *sorted(below)]
         if all(part.isidentifier() and part != "__pycache__" for part in path.parts)
     ]
 
@@ -60,8 +60,8 @@ def packages() -> dict[str, Path]:
     """Package name -> folder. A folder of templates or sources counts: so that its files are shipped."""
     return {
         ".".join([package, *path.parts[1:]]): path
-        for package, room in ROOMS.items()
-        for path in folders(room)
+        for package, folder in PACKAGES.items()
+        for path in folders(folder)
     }
 
 
@@ -246,7 +246,7 @@ CDEFS = [
 
 setup(
     packages=list(PACKAGES),
-    package_dir=ROOMS,
+    package_dir=PACKAGES,
     package_data={name: data(folder) for name, folder in PACKAGES.items()},
     ext_modules=[extension(path) for path in CDEFS],
     cmdclass={"build_ext": BuildExtensions, "build_py": BuildFresh},

@@ -25,6 +25,7 @@ from timing import REPEATS, Row, arguments, run_parts, seconds
 
 from bladesmith import cga3d, dynamics
 from bladesmith.benchmarks.studies.dynamics import exact_motions
+from bladesmith.dynamics.integration.tableaus import FIXED_SCHEMES
 
 #: Free and heavy: no two moments equal.
 FREE = Top((1.0, 2.0, 2.5), (1.5, 1.0, 2.0), (1.0, 0.0, 0.0, 0.0), 20.0)
@@ -96,7 +97,7 @@ def steps(options: argparse.Namespace) -> Iterator[Row]:
 
     what = "step of a free body"
     yield {"what": what, "method": "bladesmith rk4", "ns": 1e9 * ours(long, integrator="rk4"), "bar": STEP_BAR}
-    for name in ("rkmk4", "cf4", "midpoint", "strang", "blanes-moan", "yoshida6"):
+    for name in (*FIXED_SCHEMES, "cf4", "midpoint", "strang", "blanes-moan", "yoshida6"):
         yield {"what": what, "method": f"bladesmith {name}", "ns": 1e9 * ours(long, integrator=name)}
     if not peers.missing("numba"):
         yield {"what": what, "method": "numba RK4", "ns": 1e9 * seconds(peers.by_numba(long, count), 3) / count}

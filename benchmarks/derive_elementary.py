@@ -1,8 +1,8 @@
-"""Derives the constants of templates/c/lib/elementary.h and templates/numba/elementary_constants.py.
+"""Derives the constants of codegen/elementary/constants.py.
 
 Minimax polynomials by Remez exchange at 40 digits. On intervals that start at zero they are rounded one coefficient
 at a time, and each rounding is made good by the coefficients that are still free (on others z, z^2, ... is no basis
-in which an exchange works). `python benchmarks/derive_elementary.py` prints the C and the Python block.
+in which an exchange works). `python benchmarks/derive_elementary.py` prints them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SLACK = mp.mpf("1e-6")  # intervals are this much wider, relatively: a reduced a
 
 @dataclass(frozen=True)
 class Fit:
-    """A polynomial to find: `name` in the header, its function on an interval, the weight of its error."""
+    """A polynomial to find: `name` among the constants, its function on an interval, the weight of its error."""
 
     name: str
     function: Callable[[Real], Real]
@@ -54,20 +54,20 @@ def power_series(z: Real, coefficient: Callable[[int], Real]) -> Real:
 
 
 def fits() -> list[Fit]:
-    """All polynomials; the header's comments say how each is used."""
+    """All polynomials; codegen/elementary/functions.py says how each is used."""
     quarter = (mp.pi / 4) ** 2 * (1 + SLACK)
     half_ln2 = mp.log(2) / 2 * (1 + SLACK)
     log_range = ((mp.sqrt(2) - 1) / (mp.sqrt(2) + 1)) ** 2 * (1 + SLACK)
     below, above = mp.mpf(-9), mp.mpf(3) / 2
     return [
-        Fit("SIN", lambda z: stumpff(3, z), mp.mpf(0), quarter, lambda z: z / stumpff(1, z), {64: 6, 32: 3}),
+        Fit("sine", lambda z: stumpff(3, z), mp.mpf(0), quarter, lambda z: z / stumpff(1, z), {64: 6, 32: 3}),
         Fit(
-            "COS", lambda z: stumpff(4, z), mp.mpf(0), quarter, lambda z: z**2 / stumpff(0, z), {64: 6, 32: 3}
+            "cosine", lambda z: stumpff(4, z), mp.mpf(0), quarter, lambda z: z**2 / stumpff(0, z), {64: 6, 32: 3}
         ),
-        Fit("C4", lambda w: stumpff(4, w), below, above, lambda w: abs(w) / stumpff(2, w), {64: 10, 32: 6}),
-        Fit("C5", lambda w: stumpff(5, w), below, above, lambda w: abs(w) / stumpff(3, w), {64: 10, 32: 5}),
+        Fit("stumpff4", lambda w: stumpff(4, w), below, above, lambda w: abs(w) / stumpff(2, w), {64: 10, 32: 6}),
+        Fit("stumpff5", lambda w: stumpff(5, w), below, above, lambda w: abs(w) / stumpff(3, w), {64: 10, 32: 5}),
         Fit(
-            "EXP",
+            "exponential",
             lambda r: power_series(r, lambda n: 1 / mp.factorial(n + 2)),
             -half_ln2,
             half_ln2,
@@ -75,7 +75,7 @@ def fits() -> list[Fit]:
             {64: 10, 32: 5},
         ),
         Fit(
-            "LOG",
+            "logarithm",
             lambda z: power_series(z, lambda n: mp.mpf(2) / (2 * n + 3)),
             mp.mpf(0),
             log_range,
@@ -83,7 +83,7 @@ def fits() -> list[Fit]:
             {64: 7, 32: 3},
         ),
         Fit(
-            "ATAN",
+            "arctangent",
             lambda z: power_series(z, lambda n: mp.mpf((-1) ** n) / (2 * n + 3)),
             mp.mpf(0),
             mp.mpf(1) / 4 * (1 + SLACK),
@@ -188,95 +188,59 @@ def constants(bits: int) -> dict[str, list[float]]:
     half_pi, ln2 = mp.pi / 2, mp.log(2)
 
     return {
-        "HALF_PI": parts(half_pi, digits - spare, count, bits),
-        "LN2": parts(ln2, digits - spare, count, bits),
-        "LN2_PAIR": parts(ln2, digits - exponent, 2, bits),
-        "QUARTER_PI": parts(mp.pi / 4, digits - 3, 2, bits),
-        "PER_HALF_PI": [float(rounded(1 / half_pi, bits))],
-        "PER_LN2": [float(rounded(1 / ln2, bits))],
+        "half_pi": parts(half_pi, digits - spare, count, bits),
+        "ln2": parts(ln2, digits - spare, count, bits),
+        "ln2_pair": parts(ln2, digits - exponent, 2, bits),
+        "quarter_pi": parts(mp.pi / 4, digits - 3, 2, bits),
+        "per_half_pi": [float(rounded(1 / half_pi, bits))],
+        "per_ln2": [float(rounded(1 / ln2, bits))],
     }
 
 
 def two_over_pi(words: int) -> list[int]:
-    """Binary places of 2/pi, in words of 64 bits, after one word of zeros."""
-    with mp.workprec(64 * words + 64):
-        places = int(mp.floor(2 / mp.pi * mp.mpf(2) ** (64 * words)))
-    return [0] + [places >> (64 * (words - 1 - i)) & (2**64 - 1) for i in range(words)]
+    """Binary places of 2/pi, in words of 32 bits, after two words of zeros."""
+    with mp.workprec(32 * words + 64):
+        places = int(mp.floor(2 / mp.pi * mp.mpf(2) ** (32 * words)))
+    return [0, 0] + [places >> (32 * (words - 1 - i)) & (2**32 - 1) for i in range(words)]
 
 
 def hexadecimal(x: float) -> str:
-    """A C constant; float32 values have short mantissas."""
+    """Exact text; float32 values have short mantissas."""
     text = float(x).hex()
     mantissa, exponent = text.split("p")
     mantissa = mantissa.rstrip("0") if "." in mantissa else mantissa
     return f"{mantissa.rstrip('.')}p{exponent}"
 
 
-def c_block(bits: int) -> str:
-    """The #define lines of one precision."""
-    lines = []
-    for fit in fits():
-        coefficients, error = polynomial(fit, bits)
-        lines.append(f"#define BS_{fit.name} /* relative error 2^{error:.1f} */ \\")
-        texts = [hexadecimal(c) for c in coefficients]
-        for start in range(0, len(texts), 4):
-            more = start + 4 < len(texts)
-            lines.append("    " + ", ".join(texts[start : start + 4]) + (", \\" if more else ""))
-    for name, values in constants(bits).items():
-        for number, value in enumerate(values):
-            suffix = f"_{number + 1}" if len(values) > 1 else ""
-            lines.append(f"#define BS_{name}{suffix} K({hexadecimal(value)})")
-    if bits == 64:
-        lines += ["#define BS_HALF_PI_4 K(0) /* three parts are enough */", "#define BS_LN2_4 K(0)"]
-    return "\n".join(lines)
-
-
-PYTHON_NAMES = {
-    "SIN": "sine",
-    "COS": "cosine",
-    "C4": "stumpff4",
-    "C5": "stumpff5",
-    "EXP": "exponential",
-    "LOG": "logarithm",
-    "ATAN": "arctangent",
-    "HALF_PI": "half_pi",
-    "LN2": "ln2",
-    "LN2_PAIR": "ln2_pair",
-    "QUARTER_PI": "quarter_pi",
-    "PER_HALF_PI": "per_half_pi",
-    "PER_LN2": "per_ln2",
-}
-
-
 def python_block(bits: int) -> str:
-    """The same as arguments of `Constants`."""
+    """The constants of one precision, as arguments of `Constants`."""
     exact = f"float{bits}"
     lines = []
     named = [(fit.name, polynomial(fit, bits)[0]) for fit in fits()] + list(constants(bits).items())
     for name, values in named:
-        if bits == 64 and name in ("HALF_PI", "LN2"):
+        if bits == 64 and name in ("half_pi", "ln2"):
             values = [*values, 0.0]
         texts = [f'"{hexadecimal(value)}"' for value in values]
         if len(texts) == 1:
-            lines.append(f"    {PYTHON_NAMES[name]}={exact}({texts[0]})[0],")
+            lines.append(f"    {name}={exact}({texts[0]})[0],")
         elif len(texts) <= 4:
-            lines.append(f"    {PYTHON_NAMES[name]}={exact}({', '.join(texts)}),")
+            lines.append(f"    {name}={exact}({', '.join(texts)}),")
         else:
-            lines.append(f"    {PYTHON_NAMES[name]}={exact}(")
+            lines.append(f"    {name}={exact}(")
             lines += ["        " + ", ".join(texts[i : i + 4]) + "," for i in range(0, len(texts), 4)]
             lines.append("    ),")
     return "\n".join(lines)
 
 
 def main() -> None:
-    """Print what belongs into the two files."""
+    """Print what belongs into the file."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--bits", type=int, choices=(32, 64), help="only this precision's blocks")
     chosen = parser.parse_args().bits
     for bits in (64, 32) if chosen is None else (chosen,):
-        print(f"/* {bits} bits */\n{c_block(bits)}\n\n# {bits} bits\n{python_block(bits)}\n")
-    words = [f"0x{word:016x}" for word in two_over_pi(19)]
-    print(",\n".join(", ".join(words[i : i + 4]) for i in range(0, len(words), 4)))
+        print(f"# {bits} bits\n{python_block(bits)}\n")
+    words = [f"0x{word:08X}" for word in two_over_pi(38)]
+    print(",\n".join(", ".join(words[i : i + 8]) for i in range(0, len(words), 8)))
 
 
 if __name__ == "__main__":

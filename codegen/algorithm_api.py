@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
@@ -14,15 +14,27 @@ from .ir.loops import language
 from .ir.loops.algorithm import Algorithm
 from .ir.loops.nodes import Function
 from .ir.loops.scope import Static
-from .ir.loops.tangent import tangent
+from .ir.loops.tangent import tangent as tangent_of
 from .ir.loops.text import is_static
 from .ir.loops.types import REAL, ArrayType, Parameter, Scalar, StaticType
 
 #: Where an algorithm can run.
-TARGETS = ("c", "numba")
+TARGETS = ("c", "numba", "cuda")
 
 
-def algorithm(function: Callable[..., Any]) -> AlgorithmFunction:
+@overload
+def algorithm(function: Callable[..., Any]) -> AlgorithmFunction: ...
+
+
+@overload
+def algorithm(
+    *, tangent: Algorithm | None = None, still: bool = False
+) -> Callable[[Callable[..., Any]], AlgorithmFunction]: ...
+
+
+def algorithm(
+    function: Callable[..., Any] | None = None, *, tangent: Algorithm | None = None, still: bool = False
+) -> AlgorithmFunction | Callable[[Callable[..., Any]], AlgorithmFunction]:
     """Declare an algorithm: a decorator for a function in the language of docs/algorithms.md.
 
     The function's text is parsed, not run: loops, branches and calls of kernels and of other algorithms become C or
@@ -34,6 +46,11 @@ def algorithm(function: Callable[..., Any]) -> AlgorithmFunction:
     function : callable
         With an annotation for each parameter: `Real`, `Int`, `Bool`, `Vector[n]`, `Matrix[m, n]`, `Rows[n]`,
         `IntVector[n]`, `IntRows[n]`, `Reals`, `Ints`, `Out[...]`, `InOut[...]`, `Static`.
+    tangent : algorithm, optional
+        Its derivative, where that is not the text's: it takes the same parameters, then a tangent ``d_x`` of each
+        parameter x that matters, and returns the same, then tangents of the real numbers among it.
+    still : bool
+        Derivatives take what it gives for constant.
 
     Raises
     ------
@@ -51,9 +68,16 @@ def algorithm(function: Callable[..., Any]) -> AlgorithmFunction:
     ...         best = max(best, x[i])
     ...     return best
     """
+    if function is None:
+        return lambda given: AlgorithmFunction(_checked(given), tangent, still)
+    return AlgorithmFunction(_checked(function))
+
+
+def _checked(function: Any) -> Callable[..., Any]:
     if not callable(function) or not hasattr(function, "__code__"):
         raise InputError(f"@algorithm declares a Python function, not {function!r}.")
-    return AlgorithmFunction(function)
+    declared: Callable[..., Any] = function
+    return declared
 
 
 class CompiledAlgorithm(ABC):
@@ -75,13 +99,13 @@ class CompiledAlgorithm(ABC):
         """Zeros in place of arguments, where the sizes are declared."""
 
     def on(self, target: str) -> Callable[..., Any]:
-        """The function on one target: "c" or "numba"."""
+        """The function on one target: "c", "numba" or "cuda", which needs a GPU."""
         if target not in TARGETS:
             raise InputError(f"there is no target {target!r}; choose one of {', '.join(TARGETS)}.")
         return lambda *arguments: self.call(target, arguments)
 
     def source(self, target: str = "c", *arguments: Any) -> str:
-        """Source text for "c" or "numba".
+        """Source text for "c", "numba" or "cuda".
 
         Parameters
         ----------
@@ -94,17 +118,20 @@ class CompiledAlgorithm(ABC):
         InputError
             If there is no such target, or sizes are missing.
         """
-        from .programs.algorithms import algorithm_numba, algorithm_text
+        from .programs.algorithms import algorithm_cuda, algorithm_numba, algorithm_text
+        from .targets.cuda.printer import self_contained
 
         if target not in TARGETS:
             raise InputError(f"there is no target {target!r}; choose one of {', '.join(TARGETS)}.")
         function = self.function_for(arguments or self.declared_arguments())
+        if target == "cuda":
+            return self_contained(algorithm_cuda(function))
         return algorithm_text(function) if target == "c" else algorithm_numba(function)
 
     def call(self, target: str, arguments: Sequence[Any]) -> Any:
         """Run compiled on arrays."""
         function, items = self.prepare(arguments)
-        is_single = target == "c" and _is_single(function, items)
+        is_single = target != "numba" and _is_single(function, items)
         return self._item_function(function, target, "f32" if is_single else "f64")(*items)
 
     def _item_function(self, function: Function, target: str, precision: str) -> ItemFunction:
@@ -119,8 +146,8 @@ class CompiledAlgorithm(ABC):
 class AlgorithmFunction(Algorithm, CompiledAlgorithm):
     """A declared algorithm; see `algorithm`."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        Algorithm.__init__(self, function)
+    def __init__(self, function: Callable[..., Any], tangent: Algorithm | None = None, is_still: bool = False) -> None:
+        Algorithm.__init__(self, function, tangent=tangent, is_still=is_still)
         CompiledAlgorithm.__init__(self)
 
     def __call__(self, *arguments: Any) -> Any:
@@ -211,12 +238,12 @@ class AlgorithmFunction(Algorithm, CompiledAlgorithm):
                     raise InputError(f"{self.name}: {p.name} is static: a number, a string or a tuple of such.")
                 types.append(Static(value))
             elif isinstance(p.type, ArrayType) and (p.type.is_generic or (p.type.is_open and p.access == "out")):
-                types.append(self._sized(p, p.type, by_name.get(p.name)))
+                types.append(self._type_of_size(p, p.type, by_name.get(p.name)))
             else:
                 types.append(p.type)
         return self.specialised(types)
 
-    def _sized(self, parameter: Parameter, type: ArrayType, value: Any) -> ArrayType:
+    def _type_of_size(self, parameter: Parameter, type: ArrayType, value: Any) -> ArrayType:
         """The type of an array of any size, from the array that was given."""
         if parameter.access == "out":
             raise InputError(
@@ -261,7 +288,7 @@ class AlgorithmDerivative(CompiledAlgorithm):
         return self.algorithm.declared_arguments()
 
     def function_for(self, arguments: Sequence[Any]) -> Function:
-        return tangent(self.algorithm.function_for(arguments), self.wrt).function
+        return tangent_of(self.algorithm.function_for(arguments), self.wrt).function
 
     def prepare(self, arguments: Sequence[Any]) -> tuple[Function, list[Any]]:
         """Arguments, directions, and zeros for the tangents of arrays that it changes along no direction."""
@@ -275,7 +302,7 @@ class AlgorithmDerivative(CompiledAlgorithm):
         directions = dict(zip(self.wrt, arguments[count:], strict=True))
         by_name = {p.name: a for p, a in zip(algorithm.inputs(), own, strict=True)}
         base = algorithm.function_for(own)
-        derived = tangent(base, self.wrt)
+        derived = tangent_of(base, self.wrt)
         tangents = [
             directions[p.name] if p.name in directions else _zeros_like(by_name[p.name])
             for p in base.parameters if p.name in derived.varies and p.access != "out"
@@ -304,8 +331,13 @@ def _is_single(function: Function, items: Sequence[Any]) -> bool:
 
 
 def _loop(function: Function, target: str, precision: str) -> Loop:
-    from .programs.algorithms import algorithm_extension, algorithm_numba
+    from .programs.algorithms import algorithm_cuda, algorithm_extension, algorithm_numba
 
+    if target == "cuda":
+        from .execute.cuda_driver import first_gpu
+        from .execute.cuda_items import algorithm_loop
+
+        return algorithm_loop(first_gpu(), algorithm_cuda(function), function, precision)
     if target == "c":
         from .build.extension import load
 

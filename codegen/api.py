@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from .algebra.algebra import Algebra, Kind
+from .algebra.blades import shortened_identifier
 from .algebra.multivector import Multivector
 from .compiler import as_written, bind_kernel, optimise_kernel, print_source
 from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
@@ -142,7 +143,8 @@ class KernelFunction(DeclaredFormula):
         is_scalar = self.kinds[self.arguments.index(wrt)].is_scalar_argument
         formula = derivative_formula(self.formula, self.arguments, wrt, is_scalar)
         formula.__doc__ = f"Derivative of {self.name} with respect to {wrt}."
-        return KernelFunction(formula, kinds, None, f"{self.name}_d_{wrt}", self.algebra, names, self.traced)
+        name = shortened_identifier(f"{self.name}_d_{wrt}")
+        return KernelFunction(formula, kinds, None, name, self.algebra, names, self.traced)
 
     # -- calls ---------------------------------------------------------------------------------------------
 

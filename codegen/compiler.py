@@ -37,7 +37,7 @@ from typing import TYPE_CHECKING, Any
 
 from .algebra.algebra import Algebra, Kind
 from .errors import InputError
-from .execute.arrays import BoundKernel, Library
+from .execute.arrays import BoundKernel, Library, LoopError
 from .trace.kernel import Formula, Kernel, interface
 from .trace.trace import trace
 
@@ -151,9 +151,18 @@ def build_library(
     from .build.cpu_features import best_instances
     from .build.extension import load
     from .targets.c.extension import extension_source
+    from .targets.c.instances import BASELINE
 
-    extension = extension_source(name, variants, best_instances(precision) if instances is None else instances)
-    return Library(load(extension))
+    if instances is not None:
+        return Library(load(extension_source(name, variants, instances)))
+    best = best_instances(precision)
+    try:
+        return Library(load(extension_source(name, variants, best)))
+    except LoopError:  # what is compiled asks the processor in its own way, and may know less of it than NumPy
+        plain = tuple(i for i in BASELINE if i.tag.startswith(precision))
+        if best == plain:
+            raise
+        return Library(load(extension_source(name, variants, plain)))
 
 
 # -- 5. execute --------------------------------------------------------------------------------------------

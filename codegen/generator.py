@@ -18,9 +18,11 @@ from typing import Any
 from .algebra.algebra import Algebra
 from .algebra.kind_checks import check_kind
 from .algebra.loader import STOCK, algebra_from_data, data_from_algebra
+from .build import text_cache
 from .build.flags import unit_file
 from .build.formula_digest import file_digest, formula_digest
 from .build.kernel_cache import INDEX
+from .build.source_digest import ROOT
 from .build.stamps import STAMPS, Stamps, generated_files, module_stamp, printers_stamp, read_stamps
 from .compiler import optimise_kernel, print_source, print_unit, trace_kernel
 from .declarations import Declaration, by_module, declared_kernels
@@ -38,8 +40,16 @@ from .trace.kernel import Kernel, symbol_of
 MANIFEST_FORMAT = 2
 #: Table of what kernels cost.
 OPERATIONS = "OPERATIONS.md"
-#: General programs: what `generate_programs` makes.
-PROGRAMS = ("merge", "reform", "scene")
+#: General programs: what `generate_programs` makes, and the files that they begin in.
+PROGRAMS = {
+    "merge": "programs/merging/program.py",
+    "reform": "programs/registration/program.py",
+    "scene": "programs/tracer/scene.py",
+}
+#: Into how many shares a process's part of a search is cut: kernels take very different times.
+SHARES = 4
+#: Beside the generated folders: headers that all generated sources share, one of which is printed, too.
+HEADERS = "../templates/c/lib"
 
 
 @dataclass(frozen=True)
@@ -105,7 +115,10 @@ def generate(
         open_progress(progress, f"generate {algebra.name}", "modules", len(waiting)) as report,
         keep_partial(lambda: {name: text for group in groups.values() for name, text in group.files.items()}),
     ):
-        for done, (module, group) in enumerate(_generate_groups(spec, waiting, choices or {}, processes), 1):
+        known = choices or {}
+        if same and len(waiting) <= processes:  # a few formulas were edited
+            known = {**known, **_missing_records(spec, waiting, known, processes)}
+        for done, (module, group) in enumerate(_generate_groups(spec, waiting, known, processes), 1):
             groups[module] = group
             report(done, module)
     symbols = {m: [symbol_of(algebra, d.name) for d in listed] for m, listed in modules.items()}
@@ -189,6 +202,46 @@ def _generate_groups(
             yield waiting[done], done.result()
 
 
+def _missing_records(
+    spec: Mapping[str, Any], modules: Sequence[str], choices: Mapping[str, Record], processes: int
+) -> dict[str, Record]:
+    """Records of the kernels that must be searched, a module's kernels shared by the processes."""
+    if processes <= 1 or not modules:
+        return {}
+    found: dict[str, Record] = {}
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        shares = [
+            (spec, module, choices, i, SHARES * processes) for module in modules for i in range(SHARES * processes)
+        ]
+        for records in pool.map(_search_share, *zip(*shares, strict=True)):
+            found |= records
+    return found
+
+
+def _search_share(
+    spec: Mapping[str, Any], module: str, choices: Mapping[str, Record], share: int, shares: int
+) -> dict[str, Record]:
+    """Of a share of the kernels of a module, records of those that have none that is of the formula as it is now."""
+    algebra = algebra_from_data(spec)
+    declared = by_module(declared_kernels(algebra, spec.get("kernels", [])))[module]
+    records = {}
+    for each in declared[share::shares]:
+        kernel = trace_kernel(each.formula, each.kinds, each.name, algebra=algebra)
+        if _record_of(kernel, choices) is None:
+            records[symbol(kernel)] = _new_record(kernel, optimise_kernel(kernel))
+    return records
+
+
+def _record_of(kernel: Kernel, choices: Mapping[str, Record]) -> Record | None:
+    """The record of a kernel, if it is of the same nodes."""
+    record = choices.get(symbol(kernel))
+    return record if record and record.get("traced") == kernel.fingerprint else None
+
+
+def _new_record(kernel: Kernel, variant: Variant) -> Record:
+    return {"traced": kernel.fingerprint, **variant.record()}
+
+
 def generate_group(spec: Mapping[str, Any], module: str, choices: Mapping[str, Record]) -> Group:
     """Trace, optimise and print the kernels of one module."""
     algebra = algebra_from_data(spec)
@@ -198,13 +251,10 @@ def generate_group(spec: Mapping[str, Any], module: str, choices: Mapping[str, R
     records: dict[str, Record] = {}
     for each in by_module(declared_kernels(algebra, spec.get("kernels", [])))[module]:
         kernel = trace_kernel(each.formula, each.kinds, each.name, algebra=algebra)
-        record = choices.get(symbol(kernel))
-        if record and record.get("traced") != kernel.fingerprint:
-            record = None
-        variant = optimise_kernel(kernel, record, selected=callees)
+        variant = optimise_kernel(kernel, _record_of(kernel, choices), selected=callees)
         variants.append(variant)
         entries[symbol(kernel)] = manifest_entry(each, variant)
-        records[symbol(kernel)] = {"traced": kernel.fingerprint, **variant.record()}
+        records[symbol(kernel)] = _new_record(kernel, variant)
     return Group(_module_files(f"{algebra.name}, {module}", module, variants), entries, records)
 
 
@@ -228,25 +278,62 @@ def _python_file(module: str) -> str:
     return f"kernels/{module}.py"
 
 
-def generate_programs(anew: bool = True) -> dict[str, dict[str, str]]:
+def generate_headers() -> dict[str, str]:
+    """Printed headers, by name, for the folder `HEADERS`."""
+    from .targets.c.elementary import elementary_header
+
+    return {"elementary.h": elementary_header()}
+
+
+def generate_programs(anew: bool = True, processes: int = 1) -> dict[str, dict[str, str]]:
     """Generated files of the general programs that the wheel carries for machines without a compiler, by folder.
 
-    Kernels are made ``anew``, or taken from what the package carries while their sources are the same.
+    Parameters
+    ----------
+    anew : bool
+        Trace and print everything. Else programs whose sources are in the state of an earlier call are read from the
+        cache, and so are kernels of the others.
+    processes : int
+        How many processes share the programs.
     """
+    made = {"general": general_files()}
+    if processes <= 1:
+        return made | {name: _program_files(name, anew) for name in PROGRAMS}
+    with ProcessPoolExecutor(min(processes, len(PROGRAMS)), mp_context=get_context("spawn")) as pool:
+        return made | dict(zip(PROGRAMS, pool.map(_program_files, PROGRAMS, [anew] * len(PROGRAMS)), strict=True))
+
+
+def _program_files(name: str, anew: bool) -> dict[str, str]:
+    if anew:
+        files, formulas, algorithms = _make_program(name, anew)
+    else:
+        folder = ROOT.parent / "templates"
+        templates = sorted(f"../templates/{p.relative_to(folder).as_posix()}" for p in folder.glob("c/**/*.*"))
+        sources = (PROGRAMS[name], "generator.py", *(f"specs/{spec}.toml" for spec in STOCK), *templates)
+        text = text_cache.made_once(
+            f"program_{name}", sources, "files.json", lambda: json.dumps(_make_program(name, anew))
+        )
+        files, formulas, algorithms = json.loads(text)
+    digests = {formula: formula_digest(formula) for formula in formulas}
+    digests |= {file: file_digest(file) for file in algorithms}
+    return {**files, STAMPS: Stamps(digests).text(files)}
+
+
+def _make_program(name: str, anew: bool) -> tuple[dict[str, str], list[str], list[str]]:
+    """Files of a program, the formulas that it calls, and files of its algorithms."""
     from .programs.kernel_spec import without_kernel_cache
     from .programs.merging.program import merge_program
     from .programs.registration.program import reform_program
     from .programs.tracer.scene import EVERYTHING, scene_program
+    from .programs.tracer.surface_kinds import surface_kind
+    from .programs.tracer.surfaces import texts
 
     with without_kernel_cache() if anew else nullcontext():
-        programs = {
-            "merge": merge_program.__wrapped__(),
-            "reform": reform_program.__wrapped__(),
-            "scene": scene_program(EVERYTHING),
-        }
-        made = {name: {**program.files, INDEX: program.index()} for name, program in programs.items()}
-    for name, program in programs.items():
-        digests = {formula: formula_digest(formula) for formula in sorted(program.formulas())}
-        digests |= {file: file_digest(file) for file in program.algorithms}
-        made[name][STAMPS] = Stamps(digests).text(made[name])
-    return {**made, "general": general_files()}
+        if name == "scene":
+            program = scene_program(EVERYTHING)
+        else:
+            program = (merge_program if name == "merge" else reform_program).__wrapped__()
+        files = {**program.files, INDEX: program.index()}
+        if name == "scene":
+            files[texts.INDEX] = texts.index(map(surface_kind, EVERYTHING.kinds))
+    return files, sorted(program.formulas()), list(program.algorithms)

@@ -6,10 +6,12 @@ from .ir.loops.language import (
     INFINITY,
     NAN,
     Bool,
+    Bytes,
     InOut,
     Int,
     IntRows,
     Ints,
+    Ints32,
     IntVector,
     Matrix,
     Out,
@@ -23,16 +25,20 @@ from .ir.loops.language import (
     empty,
     epsilon,
     exp,
+    int_empty,
     int_zeros,
+    largest,
     log,
     sin,
     sqrt,
+    unrolled,
     zeros,
 )  # fmt: skip
 from .ir.loops.records import Record, RecordArray, record
 
 __all__ = [
-    "INFINITY", "NAN", "Bool", "InOut", "Int", "IntRows", "IntVector", "Ints", "Matrix", "Out", "Real", "Reals",
-    "Record", "RecordArray", "Rows", "Static", "Vector", "atan2", "cos", "empty", "epsilon", "exp", "int_zeros", "log",
-    "record", "sin", "sqrt", "zeros",
+    "INFINITY", "NAN", "Bool", "Bytes", "InOut", "Int", "IntRows", "IntVector", "Ints", "Ints32", "Matrix", "Out",
+    "Real", "Reals", "Record", "RecordArray", "Rows", "Static", "Vector", "atan2", "cos", "empty", "epsilon", "exp",
+    "int_empty", "int_zeros", "largest", "log", "record", "sin", "sqrt",
+    "unrolled", "zeros",
 ]  # fmt: skip

@@ -48,7 +48,7 @@ def _algebra(name: str) -> Any:
 
 
 def _is_algebra(name: str) -> bool:
-    """Whether this names a stock algebra, or one that was generated into the package.
+    """Test whether this names a stock algebra, or one that was generated into the package.
 
     Called for every name that is not there yet, submodules included: it must import nothing to say no.
     """

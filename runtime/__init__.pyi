@@ -7,6 +7,7 @@ from . import kinematics as kinematics
 from . import mechanics as mechanics
 from . import objects as objects
 from . import plot as plot
+from . import poses as poses
 from . import reform as reform
 from . import registration as registration
 from . import tracer as tracer

@@ -1,6 +1,8 @@
 """What every test runs under: one cache of compiled kernels, no display, repeatable examples."""
 
 import os
+import signal
+from collections import Counter
 from importlib import resources
 from pathlib import Path
 
@@ -23,7 +25,17 @@ MACHINE_LACKS = (
     "root may",
     "shell scripts",
     "no gcc with libasan",
-)  # reasons that no install can mend
+    "no package example-robot-data",
+    *(f"could not import '{peer}" for peer in ("pinocchio", "mujoco", "pytransform3d", "jaxlie", "example_robot_data")),
+)  # reasons that no install can mend, and peers of the extra `benchmark`, which `ci` is without
+#: Minutes each, of few tests: begun last, one core would wait for the other. numba's code of the first serves the last.
+LONGEST = (
+    "mechanism/test_targets.py",
+    "test_sanitizers.py",
+    "rendering/test_numba.py",
+    "test_without_a_compiler.py",
+    "test_ziglang.py",
+)
 
 settings.register_profile("ci", deadline=None, derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
@@ -54,6 +66,20 @@ def pytest_configure(config: pytest.Config) -> None:
     if not hasattr(config, "workerinput"):
         refuse_outdated()
     os.environ[CACHE_VARIABLE] = TEST_CACHE
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # of what a script starts in the background, and its children
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.hookimpl(trylast=True)  # when what is not selected has gone
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest files first, then those of most tests, so that all cores end together."""
+    counts = Counter(item.path for item in items)
+
+    def place(item: pytest.Item) -> tuple[int, int]:
+        name = item.path.as_posix()
+        return next((i for i, end in enumerate(LONGEST) if name.endswith(end)), len(LONGEST)), -counts[item.path]
+
+    items.sort(key=place)
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

@@ -6,6 +6,7 @@ is no table of 4^n entries, so 15 dimensions cost nothing until they are used.
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
@@ -16,7 +17,9 @@ from ..errors import BladeError, SignatureError, suggest
 
 #: Typed multivectors have at most this many dimensions; a blade is a bit mask of basis vectors.
 MAX_DIMENSION = 15
-_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
+#: Letters of a name at most, and of the digest at the end of one that would be longer.
+LONGEST_NAME, DIGITS = 64, 8
+_IDENTIFIER = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}")
 #: A sum of blades: bit masks with rational coefficients.
 BladeTerms = tuple[tuple[int, Fraction], ...]
 
@@ -31,9 +34,18 @@ def validated_identifier(name: object, what: str) -> str:
     """
     if not isinstance(name, str) or not _IDENTIFIER.fullmatch(name):
         raise SignatureError(
-            f"{what} is {name!r}; a name is a letter followed by letters, digits or underscores (64 at most)."
+            f"{what} is {name!r}; a name is a letter followed by letters, digits or underscores "
+            f"({LONGEST_NAME} at most)."
         )
     return name
+
+
+def shortened_identifier(name: str) -> str:
+    """A name that is made of others, as long as names may be."""
+    if len(name) <= LONGEST_NAME:
+        return name
+    digest = hashlib.sha256(name.encode()).hexdigest()[:DIGITS]
+    return f"{name[: LONGEST_NAME - DIGITS - 1]}_{digest}"
 
 
 def grade(blade: int) -> int:

@@ -46,6 +46,18 @@ GOOD = 0.75
 SUFFICIENT = 1e-4
 #: A step that gains no more than this fraction comes to nothing.
 REST = 1e-9
+#: An attempt, but the first, ends where so many steps leave more than this fraction of the square of the error each.
+SLOW = 0.9
+MOST_SLOW = 4
+#: What came nearer than this square of the error is followed for so many times the iterations of an attempt: poses at
+#: which the arm is singular are approached slowly.
+NEAR = 1e-6
+PATIENT = 50
+#: What the square of a distance counts beside that of half an angle, where a restart is chosen: positions say more of
+#: joints than rotations do.
+NEARNESS = 7.5
+#: Restarts of which the nearest is chosen; further ones follow in their order.
+MOST_RANKED = 256
 #: Of a rotating joint in one step, in radians or lengths of the chain.
 LONGEST_ROTATION = 1.5
 #: For each joint: nothing is known better.
@@ -57,6 +69,8 @@ REACHED = int(Status.OK)
 UNREACHABLE = int(Status.UNREACHABLE)
 NOT_CONVERGED = int(Status.NOT_CONVERGED)
 INVALID = int(Status.INVALID)
+#: A motor whose squared norm is so far from 1 is not unit, even if it was rounded to single precision.
+NOT_UNIT = 1e-5
 
 
 def search_algorithm(k: Any, joint_axes: algorithm, room: int) -> algorithm:
@@ -141,9 +155,9 @@ def search_algorithm(k: Any, joint_axes: algorithm, room: int) -> algorithm:
     @algorithm
     def attempt(
         joints: Rows[Joint], tool: Frame, limits: Rows[2], units: Vector, goal: Goal, search: Search,
-        iterations: Int, x: InOut[Reals], error: Out[Vector[6]],
+        iterations: Int, most_slow: Int, x: InOut[Reals], error: Out[Vector[6]],
     ) -> tuple[Int, Real, Int, Int]:  # fmt: skip
-        """Damped Newton steps until the goal is reached, nothing moves, or iterations end.
+        """Damped Newton steps until the goal is reached, nothing moves, most are slow, or iterations end.
 
         Status, square of the error, steps, and where the goal is reached the rank of the Jacobian, joints at limits
         included.
@@ -159,6 +173,7 @@ def search_algorithm(k: Any, joint_axes: algorithm, room: int) -> algorithm:
         nothing = zeros(6)
         damping = DAMPING
         steps = 0
+        slow = 0
         square = compute_error(joints, tool, goal, search.length, x, axes, positions, p, error)
         for _ in range(iterations):
             if not square < INFINITY:
@@ -189,6 +204,9 @@ def search_algorithm(k: Any, joint_axes: algorithm, room: int) -> algorithm:
                     return NOT_CONVERGED, square, steps, 0
             for j in range(n):
                 x[j] = trial[j]
+            slow = slow + 1 if square > SLOW * before else 0
+            if slow == most_slow:
+                return NOT_CONVERGED, square, steps, 0
         if not is_reached(error, goal, search, n):
             return NOT_CONVERGED, square, steps, 0
         before = square  # one step more, down to rounding
@@ -206,17 +224,43 @@ def search_algorithm(k: Any, joint_axes: algorithm, room: int) -> algorithm:
         return REACHED, square, steps, rank
 
     @algorithm
+    def rank_restarts(poses: Rows[Goal], goal: Goal, length: Real, ranks: Out[Vector[MOST_RANKED]]) -> None:
+        """How near the poses of restarts are to the goal: less is nearer."""
+        for i in range(min(len(poses), MOST_RANKED)):
+            pose = poses[i]
+            cosine = 0.0
+            for r in range(4):
+                cosine += pose.rotor[r] * goal.rotor[r]
+            square = 0.0
+            for r in range(3):
+                square += (pose.position[r] - goal.position[r]) * (pose.position[r] - goal.position[r])
+            ranks[i] = NEARNESS * square / (length * length) - cosine * cosine
+
+    @algorithm
+    def next_restart(ranks: InOut[Vector[MOST_RANKED]], count: Int, a: Int) -> Int:
+        """Index of the nearest restart that is left, which is taken; those without a rank follow."""
+        if a > count:
+            return a - 1
+        least = 0
+        for i in range(1, count):
+            least = i if ranks[i] < ranks[least] else least
+        ranks[least] = INFINITY
+        return least
+
+    @algorithm
     def inverse(
-        joints: Rows[Joint], tool: Frame, base: Vector[3], limits: Rows[2], restarts: Reals, search: Search,
-        iterations: Int, nearest: Int, motor: Vector[8], start: Reals, solution: InOut[Reals],
+        joints: Rows[Joint], tool: Frame, base: Vector[3], limits: Rows[2], restarts: Reals, poses: Rows[Goal],
+        search: Search, iterations: Int, nearest: Int, motor: Vector[8], start: Reals, solution: InOut[Reals],
     ) -> tuple[Int, Real, Real, Int, Int]:  # fmt: skip
         """Coordinates that bring the tool to a motor: status, rotation and distance that remain, steps, rank.
 
-        The first attempt begins at the start, the next ones at the restarts.
+        The first attempt begins at the start, the next ones at the restarts, that with the nearest pose first. What is
+        slow among these ends early, unless the nearest pose is requested.
         """
         n = len(joints)
         units = empty(room)
         x = empty(room)
+        ranks = empty(MOST_RANKED)
         goal = empty(7)
         error = empty(6)
         status = INVALID
@@ -228,12 +272,15 @@ def search_algorithm(k: Any, joint_axes: algorithm, room: int) -> algorithm:
         square = 0.0
         for i in range(4, 7):
             square += goal[i] * goal[i]
+        unit = 0.0
+        for i in range(4):
+            unit += goal[i] * goal[i]
         magnitude = 0.0
         for i in range(8):
             magnitude += abs(motor[i])
         for j in range(n):
             magnitude += abs(start[j])
-        if not magnitude < INFINITY:
+        if not (magnitude < INFINITY and abs(unit - 1.0) < NOT_UNIT):
             return status, angle, distance, steps, rank
         is_beyond = sqrt(square) > search.reach
         if is_beyond and nearest == 0:
@@ -242,11 +289,24 @@ def search_algorithm(k: Any, joint_axes: algorithm, room: int) -> algorithm:
             joint = joints[j]
             units[j] = 1.0 / max(abs(joint.rotation), abs(joint.advance) / search.length)
         best = INFINITY
-        for a in range(len(restarts) // n + 1):
+        count = len(poses)
+        # the start; restarts; on from what came nearest; if that is near restarts again
+        for a in range(2 * count + 2 if count > 0 else 1):
+            if a == count + 1 and not best < INFINITY or a == count + 2 and not best < NEAR:
+                break
+            is_last = a == count + 1
+            if (a == 1 or a == count + 2) and not is_last:
+                rank_restarts(poses, goal, search.length, ranks)
+            r = -1
+            if a > 0 and not is_last:
+                r = next_restart(ranks, min(count, MOST_RANKED), a if a <= count else a - count - 1)
             for j in range(n):
-                x[j] = min(max(restarts[n * (a - 1) + j] if a > 0 else start[j], limits[j, 0]), limits[j, 1])
-            outcome, left, count, free = attempt(joints, tool, limits, units, goal, search, iterations, x, error)
-            steps += count
+                begin = restarts[n * r + j] if r >= 0 else start[j]
+                x[j] = min(max(solution[j] if is_last else begin, limits[j, 0]), limits[j, 1])
+            most_slow = MOST_SLOW if a > 0 and a <= count and nearest == 0 else PATIENT * iterations
+            most = PATIENT * iterations if is_last and (best < NEAR or nearest != 0) else iterations
+            outcome, left, taken, free = attempt(joints, tool, limits, units, goal, search, most, most_slow, x, error)
+            steps += taken
             if outcome == INVALID or not (left < best or outcome == REACHED):
                 continue
             status = outcome

@@ -40,6 +40,24 @@ class ChainAlgorithms(NamedTuple):
     inverse: algorithm
 
 
+def advance_algorithm(k: Any) -> algorithm:
+    """The step from joint to joint, of chains and trees.
+
+    Parameters
+    ----------
+    k : ChainKernels
+    """
+
+    @algorithm
+    def advance(q: InOut[Vector[4]], p: InOut[Vector[3]], joint: Joint, x: Real) -> None:
+        """Move a pose on to the next joint: the pose behind it."""
+        p[:] = k.joint_position(q, p, joint.offset, joint.axis, joint.advance * x)
+        if joint.rotation != 0.0:
+            q[:] = k.rotate(q, joint.axis, joint.rotation * x)
+
+    return advance
+
+
 def chain_algorithms(k: ChainKernels, identity: tuple[float, ...], room: int) -> ChainAlgorithms:
     """The algorithms of chains of up to ``room`` joints.
 
@@ -51,12 +69,7 @@ def chain_algorithms(k: ChainKernels, identity: tuple[float, ...], room: int) ->
     room : int
     """
 
-    @algorithm
-    def advance(q: InOut[Vector[4]], p: InOut[Vector[3]], joint: Joint, x: Real) -> None:
-        """Move a pose on to the next joint: the pose behind it."""
-        p[:] = k.joint_position(q, p, joint.offset, joint.axis, joint.advance * x)
-        if joint.rotation != 0.0:
-            q[:] = k.rotate(q, joint.axis, joint.rotation * x)
+    advance = advance_algorithm(k)
 
     @algorithm
     def forward(joints: Rows[Joint], frames: Rows[Frame], base: Vector[3], x: Reals, motors: Out[Rows[8]]) -> None:

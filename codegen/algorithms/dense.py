@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from ..ir.loops.algorithm import Algorithm as algorithm
-from ..ir.loops.language import INFINITY, InOut, Int, Matrix, Out, Real, Static, Vector, empty, sqrt
+from ..ir.loops.algorithm import with_tangent
+from ..ir.loops.language import INFINITY, InOut, Int, Matrix, Out, Real, Static, Vector, empty, sqrt, unrolled
 
 #: Jacobi's sweeps: convergence is quadratic, and six suffice for any 8 x 8 matrix.
 SWEEPS = 12
 #: Squares of off-diagonal elements, relative to those of the diagonal, that end Jacobi's sweeps.
 DIAGONAL = 1e-34
+#: Of a pivot more than this fraction is left, where half the digits of a solution are right.
+SAFE = 1e-8
 
 
 @algorithm
@@ -49,10 +52,76 @@ def substitute_backward(factor: Matrix, b: InOut[Vector]) -> None:
 
 
 @algorithm
+def solve_cholesky_along(factor: Matrix, b: InOut[Vector], d_factor: Matrix, d_b: InOut[Vector]) -> None:
+    """The same with its tangent: of A x = b, where A = L L^T, A dx = db - dA x."""
+    n = len(b)
+    substitute_forward(factor, b)
+    substitute_backward(factor, b)
+    for i in range(n):  # L^T x and dL^T x: dA x is dL times the one, and L times the other
+        turned = 0.0
+        d_turned = 0.0
+        for k in range(i, n):
+            turned += factor[k, i] * b[k]
+            d_turned += d_factor[k, i] * b[k]
+        for k in range(i, n):
+            d_b[k] -= d_factor[k, i] * turned + factor[k, i] * d_turned
+    substitute_forward(factor, d_b)
+    substitute_backward(factor, d_b)
+
+
+@with_tangent(solve_cholesky_along)
 def solve_cholesky(factor: Matrix, b: InOut[Vector]) -> None:
     """Replace b by (L L^T)^-1 b."""
     substitute_forward(factor, b)
     substitute_backward(factor, b)
+
+
+@algorithm
+def factor(a: InOut[Matrix], order: Out[Vector], scales: Out[Vector]) -> None:
+    """Replace a by its factors L and U, L with ones on its diagonal (Golub and Van Loan 3.4).
+
+    Rows are brought to one size by ``scales``, so that pivots can be compared; ``order`` has the row of each pivot.
+    """
+    n = len(a)
+    for i in range(n):
+        most = 0.0
+        for j in range(n):
+            most = max(most, abs(a[i, j]))
+        scales[i] = 1.0 / most if most > 0.0 else 1.0
+        for j in range(n):
+            a[i, j] *= scales[i]
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            best = i if abs(a[i, k]) > abs(a[best, k]) else best
+        order[k] = float(best)
+        if best != k:
+            for j in range(n):
+                a[k, j], a[best, j] = a[best, j], a[k, j]
+        inverse = 1.0 / a[k, k]
+        for i in range(k + 1, n):
+            if a[i, k] != 0.0:
+                a[i, k] *= inverse
+                for j in range(k + 1, n):
+                    a[i, j] -= a[i, k] * a[k, j]
+
+
+@algorithm
+def solve_factored(factors: Matrix, order: Vector, scales: Vector, b: InOut[Vector]) -> None:
+    """Replace b by the solution of a x = b, of the factors of a."""
+    n = len(b)
+    for i in range(n):
+        b[i] *= scales[i]
+    for k in range(n):
+        other = int(order[k])
+        b[k], b[other] = b[other], b[k]
+    for i in range(n):
+        for k in range(i):
+            b[i] -= factors[i, k] * b[k]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            b[i] -= factors[i, k] * b[k]
+        b[i] /= factors[i, i]
 
 
 @algorithm
@@ -133,10 +202,10 @@ def select_rank(values: InOut[Vector], rank: Int) -> Real:
 
 
 @algorithm
-def solve_damped(a: Matrix, n: Int, b: Vector, damping: Real, x: Out[Vector]) -> Real:
+def solve_damped_rows(a: Matrix, n: Int, b: Vector, damping: Real, x: Out[Vector]) -> Real:
     """Least x and y with a x + damping y = b, by modified Gram-Schmidt on the rows; the square of b - a x.
 
-    Of a, of which the first n columns are meant (Golub and Van Loan 5.2.8, of the transpose).
+    Golub and Van Loan 5.2.8, of the transpose.
     """
     m = len(b)
     directions = empty(m, len(a[0]) + m)
@@ -167,6 +236,60 @@ def solve_damped(a: Matrix, n: Int, b: Vector, damping: Real, x: Out[Vector]) ->
             x[j] += directions[r, j] * parts[r]
     left = 0.0
     for r in range(m):
+        rest = b[r]
+        for j in range(n):
+            rest -= a[r, j] * x[j]
+        left += rest * rest
+    return left
+
+
+@algorithm
+def solve_damped(a: Matrix, n: Int, b: Vector, damping: Real, x: Out[Vector]) -> Real:
+    """Least x and y with a x + damping y = b; the square of b - a x. Of a the first n columns are meant.
+
+    By (a a^T + damping^2) z = b and x = a^T z, or where half the digits of that would be lost by modified Gram-Schmidt.
+    """
+    m = len(b)
+    factor = empty(m, m)
+    pivots = empty(m)
+    z = empty(m)
+    square = damping * damping
+    for r in unrolled(m):
+        for i in unrolled(r + 1):
+            factor[r, i] = 0.0
+    for j in range(n):
+        for r in unrolled(m):
+            for i in unrolled(r + 1):
+                factor[r, i] += a[r, j] * a[i, j]
+    is_safe = True
+    for r in unrolled(m):  # L D L^T
+        whole = factor[r, r] + square
+        z[r] = b[r]
+        pivots[r] = whole
+        for i in unrolled(r):
+            part = factor[r, i]
+            for k in unrolled(i):
+                part -= factor[r, k] * factor[i, k]
+            factor[r, i] = part
+        for i in unrolled(r):
+            scaled = factor[r, i] * pivots[i]
+            pivots[r] -= factor[r, i] * scaled
+            factor[r, i] = scaled
+            z[r] -= scaled * z[i]
+        is_safe = is_safe and pivots[r] > SAFE * whole
+        pivots[r] = 1.0 / pivots[r]
+    if not is_safe:
+        return solve_damped_rows(a, n, b, damping, x)
+    for r in unrolled(m):
+        z[m - 1 - r] *= pivots[m - 1 - r]
+        for i in unrolled(m - r, m):
+            z[m - 1 - r] -= factor[i, m - 1 - r] * z[i]
+    for j in range(n):
+        x[j] = 0.0
+        for r in unrolled(m):
+            x[j] += a[r, j] * z[r]
+    left = 0.0
+    for r in unrolled(m):
         rest = b[r]
         for j in range(n):
             rest -= a[r, j] * x[j]

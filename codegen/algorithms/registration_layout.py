@@ -20,6 +20,11 @@ ELEMENT = 7
 POSITION = 3
 #: Numbers of a match's rates: cost, its gradient and its Gauss-Newton matrix (upper half) by the twist.
 RATES = 28
+#: Numbers of the two ends of a segment, or of the two vectors of which the residuals of a match are linear forms.
+VECTORS = 6
+#: Residuals of a match at most, each of seven numbers: coefficients of the vectors, and what is taken off.
+RESIDUALS = 6
+RESIDUAL = VECTORS + 1
 #: Numbers of a pair of objects that a motion leaves as they are.
 INVARIANTS = 4
 #: The match criterion: factors of squared differences of positions, of 1 - cos and of squared differences of radii; the

@@ -32,6 +32,8 @@ OBJECT_SUFFIX = ".o"
 RECORD = "entry.json"
 _LOCKS = "locks"
 _FAILED = "failed"
+#: Folder of what the compiler of the package ziglang keeps: its runtime libraries.
+ZIG = "zig"
 _log = logging.getLogger("bladesmith")
 _private_lock = Lock()
 _private: list[Path] = []  # the private directory, once one had to be made
@@ -60,6 +62,11 @@ def directory() -> Path:
     from platformdirs import user_cache_dir
 
     return Path(user_cache_dir("bladesmith", appauthor=False))
+
+
+def folder_of(name: str) -> Path:
+    """A folder in the cache that belongs to a tool."""
+    return (_private[0] if _private else directory()) / name
 
 
 def is_writable(root: Path) -> bool:
@@ -120,7 +127,8 @@ def clear() -> tuple[int, int]:
     for folder in _listing(root):
         if folder.name.startswith("."):
             _remove_unless_busy(root, folder.name.split(".")[1])
-    shutil.rmtree(root / _FAILED, ignore_errors=True)
+    for name in (_FAILED, ZIG):
+        shutil.rmtree(root / name, ignore_errors=True)
     return removed, size
 
 

@@ -17,6 +17,7 @@ C_FLAGS: tuple[str, ...] = (
     "-ffp-contract=off",  # the same bits on every instruction set
     "-fno-math-errno",
     "-fno-trapping-math",
+    "-fwrapv",  # integers of algorithms wrap, as on every target
     "-fopenmp-simd",
 )
 """For gcc and clang. Never -ffast-math (it breaks NaN tests), never -march=native (the build is shipped)."""
@@ -36,7 +37,9 @@ the root of a vector is taken lane by lane; without the third gcc leaves the upp
 when a loop ends (no vzeroupper), and all code that has no AVX, such as most programs, runs at up to half its speed from
 then on. Measured in docs/decisions.md."""
 
-FULL_UNITS = frozenset(("delta", "delta_frame", "exponentials", "invariant", "maps", "motions", "rotors", "screws"))
+FULL_UNITS = frozenset(
+    ("delta", "delta_frame", "exponentials", "invariant", "maps", "motions", "pose_maps", "poses", "rotors", "screws")
+)
 """Modules of formulas that are compiled by `C_FLAGS` alone: where `UNIT_FLAGS` cost more than 5 % of some kernel's
 speed (sines and series)."""
 
@@ -45,10 +48,12 @@ FIRST_MODULES: Mapping[str, frozenset[str]] = {
         ("blades", "conformal", "exponentials", "invariant", "matrix_product", "motions", "products")
         + ("rotors", "versors")
     ),
+    "pga3d": frozenset(("pose_maps", "poses")),
 }
 """By algebra, the modules of formulas that are compiled at install, for the best instance of double precision that the
-machine runs: what `bladesmith demo` and the examples of README.md call. The others, other algebras, programs and
-float32 are compiled at first use; everything is at install where BLADESMITH_COMPILE=all."""
+machine runs: what `bladesmith demo` and the examples of README.md call, and what poses are made and moved with. The
+others, other algebras, programs and float32 are compiled at first use; everything is at install where
+BLADESMITH_COMPILE=all."""
 
 FIRST_PROGRAMS = frozenset(("general",))
 """The same of generated folders without modules of formulas."""

@@ -59,13 +59,25 @@ def machinery_digest(*files: str) -> str:
     formulas = [path.relative_to(ROOT).as_posix() for path in sorted((ROOT / _FORMULAS).rglob("*.py"))]
     followed = closure([*files, *formulas], lambda name: name.startswith("programs/") or not affects_text(name))
     found = followed - set(formulas)
-    parts = [f"{name}\0{ast.dump(ast.parse(text_of(name)))}" for name in sorted(found)]
+    parts = [f"{name}\0{_canonical(ast.parse(text_of(name)))}" for name in sorted(found)]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:_DIGITS]
 
 
 def file_digest(name: str) -> str:
     """Digest of a file of this package, without comments and layout."""
-    return hashlib.sha256(ast.dump(ast.parse(text_of(name))).encode()).hexdigest()[:_DIGITS]
+    return hashlib.sha256(_canonical(ast.parse(text_of(name))).encode()).hexdigest()[:_DIGITS]
+
+
+def _canonical(node: object) -> str:
+    """The text of a node: as `ast.dump`, in a form that all versions of Python share.
+
+    They differ in fields that are empty, and in whether these are written.
+    """
+    if isinstance(node, ast.AST):
+        fields = [(name, getattr(node, name, None)) for name in node._fields]
+        inside = ", ".join(f"{name}={_canonical(value)}" for name, value in fields if value not in (None, []))
+        return f"{type(node).__name__}({inside})"
+    return f"[{', '.join(map(_canonical, node))}]" if isinstance(node, list) else repr(node)
 
 
 def _reachable_texts(module: str, name: str) -> dict[tuple[str, str], str]:
@@ -141,4 +153,4 @@ def _add(module: Module, statement: ast.stmt) -> None:
 def _definition(statement: ast.stmt) -> Definition:
     names = {n.id for n in ast.walk(statement) if isinstance(n, ast.Name)}
     attributes = {n.attr for n in ast.walk(statement) if isinstance(n, ast.Attribute)}
-    return Definition(ast.dump(statement), frozenset(names | attributes))
+    return Definition(_canonical(statement), frozenset(names | attributes))

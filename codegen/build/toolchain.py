@@ -1,6 +1,7 @@
 """The C compiler of this machine: finding one, running it, and saying what it refused.
 
-`CC` is respected; what is compiled is not known here.
+`CC` is respected; what is compiled is not known here. Where the system has none, the package `ziglang` is one: clang,
+the linker and the headers of libc, all installed by pip.
 """
 
 from __future__ import annotations
@@ -12,17 +13,22 @@ import shutil
 import subprocess
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 
 from ..errors import CompileError, CompilerMissingError
+from . import cache
 
-REMEDY = "Install gcc or clang (or set CC to one)"
+REMEDY = "Install gcc or clang (or set CC to one), or: pip install ziglang"
 #: Of programs that a wheel may hold.
 REMEDY_OF_PROGRAMS = f"{REMEDY}, or install with BLADESMITH_COMPILE=all where there is one"
 #: Of kernels that are declared: no other program has targets.
 REMEDY_OF_KERNELS = f"{REMEDY}, or use target='numba'"
 
 _CANDIDATES = ("gcc", "clang", "cc")  # gcc first: the speeds in the documents are its
+#: Of ziglang's compiler, which else looks for undefined behaviour, and makes code for this very processor.
+_ZIG_OPTIONS = ("cc", "-fno-sanitize=undefined", "-mcpu=baseline")
+_ZIG_CACHES = ("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR")
 _VERSION_TIMEOUT = 20.0  # seconds; a compiler that does not answer by then is not usable
 _ERROR_LINES = 3
 
@@ -41,7 +47,7 @@ class CompilerInfo:
 
 
 def compiler() -> CompilerInfo | None:
-    """The C compiler: `CC` when that is set, else the first of gcc, clang and cc that runs."""
+    """The C compiler: `CC` when that is set, else the first of gcc, clang, cc and the package ziglang that runs."""
     return _find_compiler(os.environ.get("CC", ""), os.environ.get("PATH", ""))
 
 
@@ -85,9 +91,10 @@ def execute(
     command: list[str], folder: Path | None = None, timeout: float | None = None
 ) -> subprocess.CompletedProcess[str]:
     """Run a command to its end, with its output as text."""
-    english = {**os.environ, "LC_ALL": "C"}  # errors are found by that word
+    libraries = str(cache.folder_of(cache.ZIG))  # zig keeps its libc in one, and would have it in the home directory
+    environment = {**dict.fromkeys(_ZIG_CACHES, libraries), **os.environ, "LC_ALL": "C"}  # errors are found by words
     return subprocess.run(
-        command, cwd=folder, timeout=timeout, env=english, capture_output=True, text=True, errors="replace"
+        command, cwd=folder, timeout=timeout, env=environment, capture_output=True, text=True, errors="replace"
     )
 
 
@@ -130,7 +137,17 @@ def _find_compiler(chosen: str, path: str) -> CompilerInfo | None:
         program = shutil.which(name, path=path)
         if program and (version := _version_of((program, *options))):
             return CompilerInfo((program, *options), version)
-    return None
+    return None if chosen.strip() else _ziglang()
+
+
+def _ziglang() -> CompilerInfo | None:
+    """The compiler of the package ziglang, where that is installed."""
+    package = find_spec("ziglang")
+    if package is None or not package.origin:
+        return None
+    command = (str(Path(package.origin).with_name("zig.exe" if os.name == "nt" else "zig")), *_ZIG_OPTIONS)
+    version = _version_of(command)
+    return CompilerInfo(command, f"ziglang: {version}") if version else None
 
 
 def _split(command: str) -> list[str]:

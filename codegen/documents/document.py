@@ -218,7 +218,7 @@ class JsonDocument(Document[M]):
         if len(table) < len(pairs):
             keys = [key for key, _ in pairs]
             twice = next(key for key in keys if keys.count(key) > 1)
-            raise self._error(f"the key {twice!r} is there twice in one object.", where=self.name,
+            raise self._error(f"duplicate key {twice!r} in one object.", where=self.name,
                               remedy="Remove one, or join their lists")  # fmt: skip
         return table
 

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, ShapeError
+from ..errors import CompileError, InputError, ShapeError
 from ..ir.argument import Argument
+from .result_memory import MANY, STORE
 
 Array = NDArray[Any]
 #: Splits ``run(begin, end)`` over threads; the runtime installs its own. None: one call, this thread.
@@ -45,6 +46,10 @@ def parallel_for(run: Callable[[int, int], None], n: int) -> None:
 Supply = Callable[[str, Sequence[str]], None]
 
 
+class LoopError(CompileError):
+    """A library without a loop that this processor runs."""
+
+
 class Library:
     """A compiled extension of kernels (see templates/c/kernels/kernels.cdef).
 
@@ -66,6 +71,18 @@ class Library:
             self.lib.bs_initialize()
         names = [self._text(self.lib.bs_kernel_name(i)) for i in range(self.lib.bs_kernel_count())]
         self.index = {name: i for i, name in enumerate(names)}
+        if supply is None:
+            self._check_loops()
+
+    def _check_loops(self) -> None:
+        """Refuse a library whose loops this processor cannot run: a call would end the process."""
+        precisions = {name[:3] == "f32" for name in self.instances}
+        for name, kernel in self.index.items():
+            if not all(self.lib.bs_has(kernel, single) for single in precisions):
+                made, what = ", ".join(self.instances), "and says that it does not run one of each precision"
+                raise LoopError(
+                    f"{name} was compiled for {made}, {what}", remedy="Set CC to gcc or clang, or use target='numba'"
+                )
 
     def _text(self, pointer: Any) -> str:
         return str(self.ffi.string(pointer).decode())
@@ -150,9 +167,8 @@ class Binding(ABC):
 
     def empty_results(self, lead: tuple[int, ...], dtype: Any) -> list[Array]:
         """Arrays for the results of items of a leading shape."""
-        return [
-            np.empty(lead + ((o.size,) if o.size else ()), np.uint8 if o.is_status else dtype) for o in self.outputs
-        ]
+        empty = np.empty if math.prod(lead) < MANY else STORE.empty
+        return [empty(lead + ((o.size,) if o.size else ()), np.uint8 if o.is_status else dtype) for o in self.outputs]
 
     @abstractmethod
     def run(self, arrays: Sequence[Array], results: Sequence[Array], n: int) -> None:

@@ -11,6 +11,7 @@ import sys
 import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -137,12 +138,12 @@ class CudaModule:
             self.device.call("cuModuleGetFunction", ctypes.byref(handle), self._module, name.encode())
         return handle
 
-    def launch(self, function: ctypes.c_void_p, n: int, arguments: Sequence[Any]) -> None:
-        """Run a kernel for items 0 to n - 1, which are its first two arguments, and wait for it.
+    def launch(self, function: ctypes.c_void_p, n: int, arguments: Sequence[Any], begin: int = 0) -> None:
+        """Run a kernel for n items from one on, whose ends are its first two arguments, and wait for it.
 
         The device must be the thread's current one.
         """
-        given = [ctypes.c_longlong(0), ctypes.c_longlong(n), *arguments]
+        given = [ctypes.c_longlong(begin), ctypes.c_longlong(begin + n), *arguments]
         places = (ctypes.c_void_p * len(given))(*(ctypes.addressof(a) for a in given))
         shared_memory, stream, extra = 0, None, None
         grid, block = (min(math.ceil(n / BLOCK), MAX_BLOCKS), 1, 1), (BLOCK, 1, 1)
@@ -172,6 +173,12 @@ class DeviceMemory:
         with self.device.current():
             self.device.call("cuMemcpyHtoD_v2", self.pointer, _address(array), ctypes.c_size_t(array.nbytes))
 
+    def read(self, into: Array, offset: int = 0) -> None:
+        """Copy from a place, in bytes, into an array."""
+        place = ctypes.c_uint64(self.pointer.value + offset)
+        with self.device.current():
+            self.device.call("cuMemcpyDtoH_v2", _address(into), place, ctypes.c_size_t(into.nbytes))
+
 
 class DeviceArrays:
     """Copies of arrays on a device, in one piece of memory that is kept from call to call and grows.
@@ -199,8 +206,7 @@ class DeviceArrays:
 
     def read(self, pointer: ctypes.c_uint64, into: Array) -> None:
         """Copy from a place back into an array."""
-        with self.device.current():
-            self.device.call("cuMemcpyDtoH_v2", _address(into), pointer, ctypes.c_size_t(into.nbytes))
+        self._memory.read(into, pointer.value - self._memory.pointer.value)
 
 
 class CudaKernel(Binding):
@@ -242,6 +248,18 @@ class CudaKernel(Binding):
             self.module.launch(self._functions[dtype], n, arguments)
             for pointer, result in zip(outs, results, strict=True):
                 device.call("cuMemcpyDtoH_v2", _address(result), pointer, ctypes.c_size_t(result.nbytes))
+
+
+@cache
+def first_gpu() -> Device:
+    """The first GPU, opened once.
+
+    Raises
+    ------
+    DeviceError
+        If there is none.
+    """
+    return Device()
 
 
 def unavailable(driver: str = DRIVER) -> str:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..ir.loops.nodes import Function
+from ..ir.loops.types import ArrayType
 from .arrays import Array
-from .items import Loop, Run, numba_signature
+from .items import STORED, Loop, Run, numba_signature
 
-#: Of numbers by their types.
-DTYPES = {"Real": np.float64, "Int": np.int64, "Bool": np.int64}
 #: Strides and counts that an algorithm keeps.
 _LAYOUTS = 64
 
@@ -43,6 +43,15 @@ class Entry:
         return numba_signature([*(type for _, type, _ in self.parameters), *self.results])
 
 
+def entry_of(function: Function, part: str = "") -> Entry:
+    """The entry of an algorithm."""
+    parameters = []
+    for p in function.parameters:
+        is_array = isinstance(p.type, ArrayType)
+        parameters.append((p.name, p.type.storage if isinstance(p.type, ArrayType) else str(p.type), is_array))
+    return Entry(function.name, part, tuple(parameters), tuple(str(t) for t in function.results))
+
+
 def read_entries(text: str) -> dict[str, Entry]:
     """Entries by name, from the JSON text of a program."""
     found = {}
@@ -52,20 +61,28 @@ def read_entries(text: str) -> dict[str, Entry]:
     return found
 
 
-@dataclass(frozen=True)
-class Kept:
-    """An array that stays, as a loop holds it: an argument of many calls, which all items share."""
+class Kept(NamedTuple):
+    """An array that stays, as a loop holds it: an argument of many calls.
+
+    Attributes
+    ----------
+    held : object
+    rows : int
+        Of each item.
+    stride : int
+        Numbers from item to item; 0: all items share it.
+    """
 
     held: Any
     rows: int
+    stride: int = 0
 
 
 class Bound(NamedTuple):
-    """A loop over items, arrays for what it returns, and what must live as long: its arguments."""
+    """A loop over items, and arrays for what it returns."""
 
     run: Run
     returned: list[Array]
-    held: list[Any]
 
 
 class InPlace:
@@ -75,11 +92,22 @@ class InPlace:
     ----------
     entry : Entry
     loop : Loop
+    kept : mapping of str to Kept, optional
+        Arguments of all calls.
     """
 
-    def __init__(self, entry: Entry, loop: Loop) -> None:
+    def __init__(self, entry: Entry, loop: Loop, kept: Mapping[str, Kept] | None = None) -> None:
         self.entry, self.loop = entry, loop
         self._integers = lru_cache(_LAYOUTS)(loop.integers)
+        found = [(kept or {}).get(name) for name, _, _ in entry.parameters]
+        self._open = [k for k, each in enumerate(found) if each is None]
+        self._parameters = [entry.parameters[k] for k in self._open]
+        filled = [each or Kept(None, 0) for each in found]
+        self._held, self._counts, self._strides = ([each[i] for each in filled] for i in range(3))
+
+    def holding(self, kept: Mapping[str, Kept]) -> InPlace:
+        """The same with some arguments of all calls."""
+        return InPlace(self.entry, self.loop, kept)
 
     def __call__(self, arguments: Mapping[str, Any]) -> Any:
         """Run on arguments by name, arrays in double precision or 64-bit integers, contiguous; what it returns."""
@@ -99,18 +127,21 @@ class InPlace:
             Arguments as in a call: those that items have of their own, along a first axis, and those that all share.
         """
         hold = self.loop.hold
-        held, strides, counts = arrange(self.entry, n, each, shared, hold, self.loop.number)
-        returned = [np.empty(n, DTYPES[type]) for type in self.entry.results]
+        held, strides, counts = list(self._held), list(self._strides), list(self._counts)
+        arranged = arrange(self._parameters, n, each, shared, hold, self.loop.number)
+        for k, own, stride, count in zip(self._open, *arranged, strict=True):
+            held[k], strides[k], counts[k] = own, stride, count
+        returned = [np.empty(n, STORED[type]) for type in self.entry.results]
         for array in returned:
             held.append(hold(array))
             strides.append(1)
             counts.append(0)
         run = self.loop.bind(held, self._integers(tuple(strides)), self._integers(tuple(counts)))
-        return Bound(run, returned, held)
+        return Bound(run, returned)
 
 
 def arrange(
-    entry: Entry,
+    parameters: Sequence[tuple[str, str, bool]],
     n: int,
     each: Mapping[str, Any],
     shared: Mapping[str, Any],
@@ -120,7 +151,7 @@ def arrange(
     """Arguments as they are held, numbers from item to item, and rows of arrays; see `InPlace.over`."""
     held: list[Any] = []
     strides, counts = [], []
-    for name, type, is_array in entry.parameters:
+    for name, type, is_array in parameters:
         if name in each:
             own = each[name]
             held.append(hold(own))

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 #: Integers are less than this.
 _LIMIT = 1 << 63
+#: Numbers of arrays by `ArrayType.storage`, and of scalars by their type.
+STORED = {"Real": np.float64, "Int": np.int64, "Bool": np.int64, "Int32": np.int32, "Int8": np.uint8}
 #: Runs items [begin, end).
 Run = Callable[[int, int], None]
 
@@ -33,10 +35,15 @@ class Loop(ABC):
     """
 
     hold: Callable[[Array], Any]
+    #: Whether all items are one run, not shared out to threads.
+    runs_whole = False
 
     @abstractmethod
     def bind(self, arrays: Sequence[Any], strides: Any, counts: Any) -> Run:
-        """Bind arrays, numbers from item to item, and rows of open arrays, all as `hold` and `integers` made them."""
+        """Bind arrays, numbers from item to item, and rows of open arrays, all as `hold` and `integers` made them.
+
+        What is bound lives as long as what is returned.
+        """
 
     @abstractmethod
     def integers(self, values: Sequence[int]) -> Any:
@@ -45,6 +52,10 @@ class Loop(ABC):
     def number(self, value: Any, type: str) -> Any:
         """Hold one number, "Real" or an integer, as an array of one."""
         return self.hold(np.array((value,), np.float64 if type == "Real" else np.int64))
+
+    def work(self, size: int, dtype: Any) -> Any:
+        """An array of so many numbers of the loop's own, held: nobody reads what a call leaves there."""
+        return self.hold(np.empty(size, dtype))
 
 
 class ItemFunction:
@@ -61,6 +72,9 @@ class ItemFunction:
         self.function = function
         self.loop = loop
         self.dtypes = {REAL: np.dtype(dtype), INT: np.dtype(np.int64), BOOL: np.dtype(np.int64)}
+
+    def _dtype(self, type: ArrayType) -> Any:
+        return self.dtypes[REAL] if type.scalar == REAL else np.dtype(STORED[type.storage])
 
     def __call__(self, *arguments: Any) -> Any:
         """Results for all items: arrays that it writes or changes, then what it returns; one by itself as it is."""
@@ -98,7 +112,11 @@ class ItemFunction:
             counts += [0] * len(returned)
             loop = self.loop
             held = [loop.hold(a) for a in flat]
-            parallel_for(loop.bind(held, loop.integers(strides), loop.integers(counts)), n)
+            run = loop.bind(held, loop.integers(strides), loop.integers(counts))
+            if loop.runs_whole:
+                run(0, n)
+            else:
+                parallel_for(run, n)
         found = [
             *results,
             *(r.astype(bool) if t == BOOL else r for r, t in zip(returned, function.results, strict=True)),
@@ -108,14 +126,14 @@ class ItemFunction:
 
     def _input(self, parameter: Parameter, value: Any) -> Array:
         if isinstance(parameter.type, ArrayType):
-            return array_argument(self.function.name, parameter, value, self.dtypes[parameter.type.scalar])
+            return array_argument(self.function.name, parameter, value, self._dtype(parameter.type))
         assert isinstance(parameter.type, Scalar)
         return number_argument(self.function.name, parameter, value, self.dtypes[parameter.type])
 
     def _result(self, type: ArrayType, given: Array | None, lead: tuple[int, ...]) -> Array:
         """A new array, with the values of what is changed."""
         if given is None:
-            return np.zeros((*lead, *(n or 0 for n in type.sizes)), self.dtypes[type.scalar])
+            return np.zeros((*lead, *(n or 0 for n in type.sizes)), self._dtype(type))
         own = given.shape[given.ndim - len(type.sizes) :]
         return np.array(np.broadcast_to(given, (*lead, *own)), order="C")
 
@@ -186,7 +204,9 @@ class CLoop(Loop):
         self._run = getattr(library.lib, f"{name}_{tag}")
 
     def bind(self, arrays: Sequence[Any], strides: Any, counts: Any) -> Run:
-        return partial(self._run, self._new(self._pointers, arrays), strides, counts)
+        run = partial(self._run, self._new(self._pointers, arrays), strides, counts)
+        run.__dict__["arrays"] = arrays  # of which the pointers know nothing
+        return run
 
     def integers(self, values: Sequence[int]) -> Any:
         return self._new("ptrdiff_t[]", list(values))
@@ -199,7 +219,7 @@ class CompiledLoop(Loop):
     """A loop that numba has compiled."""
 
     def __init__(self, compiled: Callable[..., None]) -> None:
-        self.hold, self._run = _flat, compiled
+        self.hold, self._run = flat, compiled
 
     def bind(self, arrays: Sequence[Any], strides: Any, counts: Any) -> Run:
         run = self._run
@@ -222,22 +242,22 @@ class NumbaLoop(CompiledLoop):
     def __init__(self, name: str, text: str, function: Function) -> None:
         from .numba_cache import CachedModule
 
-        scalars = [p.type.scalar if isinstance(p.type, ArrayType) else p.type for p in function.parameters]
+        scalars = [p.type.storage if isinstance(p.type, ArrayType) else p.type for p in function.parameters]
         signature = numba_signature([str(s) for s in (*scalars, *function.results)])
         super().__init__(CachedModule(name, text, {"loop_over_items_": signature})["loop_over_items_"])
 
 
 def numba_signature(scalars: Sequence[str]) -> Any:
-    """Types of a loop over flat arrays of such numbers: "Real", "Int", "Bool"."""
+    """Types of a loop over flat arrays of such numbers, by the keys of `STORED`."""
     from .numba_jit import numba
 
     types = numba().types
-    of = {"Real": types.float64, "Int": types.int64, "Bool": types.int64}
+    of = {name: getattr(types, np.dtype(stored).name) for name, stored in STORED.items()}
     row = types.Array(types.int64, 1, "C")
     return types.void(types.intp, types.intp, row, row, *(types.Array(of[s], 1, "C") for s in scalars))
 
 
-def _flat(array: Array) -> Array:
+def flat(array: Array) -> Array:
     """As the signature of compiled functions has it."""
     flat = array.reshape(-1)
     return flat if flat.flags.writeable and flat.flags.aligned else flat.copy()

@@ -13,8 +13,9 @@ import os
 import shutil
 import sys
 import time
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from importlib import import_module
 from pathlib import Path
 from threading import RLock
 from types import FunctionType, ModuleType
@@ -25,6 +26,9 @@ from .numba_jit import numba, support
 
 #: As of all printed kernels (see numba_run), but functions are inlined only where LLVM finds it worth while.
 OPTIONS = {"error_model": "numpy", "fastmath": False, "nogil": True}
+#: Of functions that only others of the text call: nothing is made for calls from elsewhere, and references are not
+#: counted, since they make no array.
+_INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 _DIGITS = 24
 _log = logging.getLogger("bladesmith")
 
@@ -61,7 +65,8 @@ class CachedModule:
                 is_own = value.__globals__ is vars(module)
                 caches = kept and function in signatures
                 imported = None if is_own else getattr(support(value.__module__), function)
-                vars(module)[function] = imported or njit(**OPTIONS, cache=caches)(value)
+                inner = {} if function in signatures else _INNER
+                vars(module)[function] = imported or njit(**OPTIONS, **inner, cache=caches)(value)
         self._module = module
         self._ready: dict[str, Any] = {}
 
@@ -77,17 +82,31 @@ class CachedModule:
     def _dispatcher(self, function: str) -> Any:
         start = time.perf_counter()
         compiled, signature = getattr(self._module, function), self._signatures[function]
-        try:
-            compiled.compile(signature)
-        except Exception as error:  # what is kept is damaged; or numba refuses the text, which it then does again
-            _log.info("%s of %s is compiled anew: %s", function, self.name, error)
-            shutil.rmtree(self._file.parent / "__pycache__", ignore_errors=True)
-            compiled = numba().njit(**OPTIONS)(compiled.py_func)
-            compiled.compile(signature)
+        with _wrapping_integers():
+            try:
+                compiled.compile(signature)
+            except Exception as error:  # what is kept is damaged; or numba refuses the text, which it then does again
+                _log.info("%s of %s is compiled anew: %s", function, self.name, error)
+                shutil.rmtree(self._file.parent / "__pycache__", ignore_errors=True)
+                compiled = numba().njit(**OPTIONS)(compiled.py_func)
+                compiled.compile(signature)
         compiled.disable_compile()
         if not compiled.stats.cache_hits:
             _log.info("numba compiled %s of %s in %.2f s", function, self.name, time.perf_counter() - start)
         return compiled
+
+
+@contextmanager
+def _wrapping_integers() -> Iterator[None]:
+    """A context in which sums and products of integers are compiled to wrap: numba takes them for less than 64 bits."""
+    numbers: Any = import_module("numba.cpython.numbers")
+    with import_module("numba.core.compiler_lock").global_compiler_lock:
+        flags = numbers._int_arith_flags
+        numbers._int_arith_flags = lambda _: []
+        try:
+            yield
+        finally:
+            numbers._int_arith_flags = flags
 
 
 def _cache_file(stem: str, source: str) -> tuple[Path, bool]:

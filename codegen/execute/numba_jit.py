@@ -63,7 +63,7 @@ def load(source: str, dtype: Any = np.float64, compiled: bool = True) -> ModuleT
 
 @cache
 def support(module: str) -> Any:
-    """Functions of templates/numba that printed texts import, wrapped for numba."""
+    """Functions of a module that printed texts import, wrapped for numba."""
     return import_module(module).compiled(_jit)
 
 

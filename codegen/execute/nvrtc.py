@@ -133,18 +133,14 @@ def _library() -> ctypes.CDLL:
 
 
 def _candidates() -> list[str]:
-    """Files of the package, newest first, then what the system's loader knows."""
-    pattern = "bin/nvrtc64_*.dll" if sys.platform == "win32" else "lib/libnvrtc.so.*"
-    folders: list[str] = []
-    try:
-        spec = find_spec("nvidia.cuda_nvrtc")
-        folders = list(spec.submodule_search_locations or []) if spec else []
-    except ModuleNotFoundError:  # no package of that family at all
-        pass
-    files = (path for folder in folders for path in Path(folder).glob(pattern))
-    found = [str(path) for path in files if ".alt." not in path.name]
+    """Files of NVIDIA's packages (`cuda_nvrtc`, since version 13 `cu13`), newest first, then what the loader knows."""
+    pattern = "*/bin/nvrtc64_*.dll" if sys.platform == "win32" else "*/lib/libnvrtc.so.*"
+    spec = find_spec("nvidia")
+    folders = list(spec.submodule_search_locations or []) if spec else []
+    files = [path for folder in folders for path in Path(folder).glob(pattern) if ".alt." not in path.name]
+    found = [str(path) for path in sorted(files, key=lambda path: path.name, reverse=True)]
     system = ctypes.util.find_library("nvrtc")
-    return sorted(found, reverse=True) + ([system] if system else [])
+    return found + ([system] if system else [])
 
 
 def _strings(texts: Sequence[str]) -> ctypes.Array[ctypes.c_char_p]:

@@ -7,7 +7,7 @@ those are arguments of the compiled driver, so that an animation compiles once.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..build import kernel_cache
 from ..targets.c.source import ExtensionSource, Unit
@@ -31,17 +31,21 @@ class Part:
         The C text.
     options : tuple of str
         Of the compiler.
+    headers : mapping of str to str
+        Printed texts that it includes, besides its kernels.
     """
 
     name: str
     specs: tuple[KernelSpec, ...]
     source: str
     options: tuple[str, ...] = ()
+    headers: Mapping[str, str] = field(default_factory=dict)
 
     def unit(self) -> Unit:
         """The same, ready to compile into the cache."""
         kernels = kernels_header(print_specs(self.specs))
-        headers = {"kernels.h": kernels, **included_headers([self.source], ["kernels.h"])}
+        printed = {"kernels.h": kernels, **self.headers}
+        headers = {**printed, **included_headers([self.source], printed)}
         return Unit(self.name, self.source, headers, self.options)
 
 
@@ -132,16 +136,20 @@ def program(
     options: tuple[str, ...] = (),
     parts: tuple[Part, ...] = (),
     declarations: str = "",
+    headers: Mapping[str, str] | None = None,
 ) -> Program:
     """Print the kernels as their formulas were written (no search of forms) and fill the driver's template.
 
-    ``specs`` are those of the driver; those of parts come after them. ``declarations`` are for cffi alone.
+    ``specs`` are those of the driver; those of parts come after them. ``cdef`` is a file of declarations, or empty;
+    ``declarations`` are for cffi alone. ``headers``
+    are texts that the driver includes: its algorithms.
     """
     texts = print_specs([*specs, *(d for part in parts for d in part.specs)])
     files = {
         "kernels.c": render(template, **values),
         "kernels.h": kernels_header(texts),
-        "kernels.cdef": template_text(cdef) + declarations,
+        **(headers or {}),
+        "kernels.cdef": (template_text(cdef) if cdef else "const char *bs_source_hash(void);\n") + declarations,
     }
     return Program(name, tuple(texts), files, options, parts, tuple(specs))
 

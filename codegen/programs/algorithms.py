@@ -2,32 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from .. import compiler
 from ..build import source_digest
 from ..ir.graph import reachable
 from ..ir.loops.nodes import Function, KernelSignature
-from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Scalar
+from ..ir.loops.types import BOOL, ArrayType, Scalar
 from ..optimise.variants import Variant
 from ..targets.c.instances import ONE_BY_ONE, Instance
 from ..targets.c.lanes import Lanes
-from ..targets.c.loops import CLoopPrinter, c_function_name, c_functions, needs_elementary
+from ..targets.c.loops import c_functions, needs_elementary
+from ..targets.c.names import c_function_name, stored_type
 from ..targets.c.printer import ELEMENTARY
 from ..targets.c.source import ExtensionSource
+from ..targets.cuda.printer import loops_source
 from ..targets.loops import counted, in_calling_order
-from ..targets.numba.loops import elementary_functions, frame, numba_functions, numba_name
+from ..targets.numba.loops import elementary_functions, frame, imported_functions, numba_functions, numba_name
 from ..targets.numba.rows import row_function
 from ..targets.templates import render
 from . import FUNCTIONS, extension_of
 
 _MAIN = "algorithm.c.j2"
 #: What texts that import it depend on, from the package's folder.
-ELEMENTARY_SOURCES = tuple(f"../templates/numba/{name}.py" for name in ("elementary", "elementary_constants", "rows"))
-
-
-_C_TYPES = {REAL: "S", INT: "ptrdiff_t", BOOL: "ptrdiff_t"}
+ELEMENTARY_SOURCES = (
+    *(f"elementary/{name}.py" for name in ("functions", "far_angles", "constants", "machine")),
+    "../templates/numba/rows.py",
+)
 
 
 def c_item(function: Function) -> list[str]:
@@ -35,17 +37,16 @@ def c_item(function: Function) -> list[str]:
     arguments, lines, after = [], [], []
     for k, p in enumerate(function.parameters):
         is_array = isinstance(p.type, ArrayType)
-        scalar = p.type.scalar if isinstance(p.type, ArrayType) else p.type
-        assert isinstance(scalar, Scalar)
-        base = f"({_C_TYPES[scalar]} *)arrays[{k}]"
+        assert isinstance(p.type, (ArrayType, Scalar))
+        base = f"({stored_type(p.type)} *)arrays[{k}]"
         arguments.append(f"{base} + i * strides[{k}]" if is_array else f"({base})[i * strides[{k}]]")
         if p.name in counted(function):
             arguments.append(f"counts[{k}]")
     first = len(function.parameters)
-    results = [f"(({_C_TYPES[t]} *)arrays[{k}])[i * strides[{k}]]" for k, t in enumerate(function.results, first)]
+    results = [f"(({stored_type(t)} *)arrays[{k}])[i * strides[{k}]]" for k, t in enumerate(function.results, first)]
     if len(results) > 1:
         for k, (t, result) in enumerate(zip(function.results, results, strict=True)):
-            lines.append(f"{'int' if t == BOOL else _C_TYPES[t]} result{k}_;")
+            lines.append(f"{'int' if t == BOOL else stored_type(t)} result{k}_;")
             arguments.append(f"&result{k}_")
             after.append(f"{result} = result{k}_;")
     prefix = f"{results[0]} = " if len(results) == 1 else ""
@@ -123,19 +124,17 @@ def algorithm_files(
     function: Function, instances: Sequence[Instance] = ONE_BY_ONE, shared: Collection[str] | None = None
 ) -> dict[str, str]:
     """Texts of the C program: the driver, the functions that it includes, and declarations for cffi."""
-    printer: Callable[[Function], CLoopPrinter]
     variants = kernel_variants([function])
     elementary = uses_elementary([function])
     kernels = "".join(compiler.print_function(v) for v in variants)
-    arrays, item, printer = None, c_item(function), CLoopPrinter
+    arrays, item, text = None, c_item(function), ""
     if shared is not None:
         lanes = Lanes(function, shared)
-        arrays, item = lanes.item()
-        printer = lanes.printer
+        (arrays, item), text = lanes.item(), lanes.text()
     values = {"instances": instances, "arrays": arrays, "item": item, "elementary": elementary}
     return {
         "kernels.c": render(_MAIN, function=function, **values),
-        FUNCTIONS: kernels + "\n" + c_functions([function], printer),
+        FUNCTIONS: kernels + "\n" + (text or c_functions([function])),
         "kernels.cdef": loop_declarations(f"bs_loop_{i.tag}" for i in instances),
     }
 
@@ -143,6 +142,12 @@ def algorithm_files(
 def algorithm_text(function: Function) -> str:
     """C text of an algorithm and what it calls, for reading."""
     return algorithm_files(function)[FUNCTIONS].lstrip()
+
+
+def algorithm_cuda(function: Function, instances: Sequence[Instance] = ONE_BY_ONE) -> dict[str, str]:
+    """Files of an algorithm in CUDA, with a launcher for each precision; see `targets.cuda.printer.loops_source`."""
+    most = len(function.parameters) + len(function.results)
+    return loops_source(algorithm_files(function, instances), {f"bs_loop_{i.tag}": most for i in instances})
 
 
 def algorithm_numba(function: Function) -> str:
@@ -162,6 +167,7 @@ def numba_text(title: str, functions: Mapping[str, Function]) -> str:
         text=numba_functions(functions.values()),
         loops=[_numba_loop(name, function) for name, function in functions.items()],
         elementary=used,
+        imported=imported_functions(functions.values()),
         digest=source_digest.digest(ELEMENTARY_SOURCES) if used else "",
     )
 

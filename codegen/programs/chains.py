@@ -63,8 +63,12 @@ def algorithms_of(algebra: str, room: int) -> ChainAlgorithms:
 
     if algebra not in ALGEBRAS:
         raise InputError(f"{algebra!r} is not an algebra of chains; there are: {', '.join(ALGEBRAS)}.")
-    rotor = stock_algebra(algebra).kind("rotor").blades
-    return chain_algorithms(ChainKernels(**kernel_specs(algebra)), tuple(float(not blade) for blade in rotor), room)
+    return chain_algorithms(ChainKernels(**kernel_specs(algebra)), identity_rotor(algebra), room)
+
+
+def identity_rotor(algebra: str) -> tuple[float, ...]:
+    """Coefficients of the rotor 1."""
+    return tuple(float(not blade) for blade in stock_algebra(algebra).kind("rotor").blades)
 
 
 def chain_function(algebra: str, room: int, name: str) -> Function:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import compiler
 from ..algebra.algebra import Algebra, Kind, numbers, scalar_argument
+from ..algebra.blades import shortened_identifier
 from ..algebra.loader import algebra_from_data
 from ..build import kernel_cache
 from ..errors import TraceError
@@ -40,13 +42,15 @@ def cga3d() -> Algebra:
 class KernelSpec:
     """Specification of a kernel of a program: a formula, the kinds of its arguments by name, and its algebra.
 
-    A formula on several kinds is several kernels of one program: each is given a name of its own.
+    A formula on several kinds is several kernels of one program: each is given a name of its own. ``origin``: of a
+    kernel of tangents the name of the one that it is made from, and the arguments that vary.
     """
 
     formula: Formula
     kinds: tuple[str, ...]
     named: str = ""
     algebra: str = "cga3d"
+    origin: tuple[str, tuple[str, ...]] | None = None
 
     @property
     def name(self) -> str:
@@ -64,8 +68,16 @@ class KernelSpec:
 
     @property
     def kernel_signature(self) -> KernelSignature:
-        """What algorithms call."""
-        return trace_spec(self).signature(self)
+        """What algorithms call, as the printed function has it: nothing is traced where that is in the kernel cache."""
+        return _printed_signature(self)
+
+    def tangent_signature(self, varying: tuple[str, ...]) -> KernelSignature:
+        """What derivatives of algorithms call: results and their tangents, from the inputs and directions of some."""
+        return self.along(varying).kernel_signature
+
+    def along(self, varying: tuple[str, ...]) -> KernelSpec:
+        """The kernel of results and tangents where these arguments vary."""
+        return _along(self, varying)
 
     @property
     def variant(self) -> Variant:
@@ -75,6 +87,27 @@ class KernelSpec:
     def __call__(self, *arguments: Any) -> Any:
         """The formula on numbers, where an algorithm runs as Python."""
         return trace_spec(self).on_numbers_in_use(arguments)
+
+
+@cache
+def _along(spec: KernelSpec, varying: tuple[str, ...]) -> KernelSpec:
+    from ..trace.derivatives import tangent_formula
+    from ..trace.kernel import argument_names
+
+    names = argument_names(spec.formula)
+    formula = tangent_formula(spec.formula, spec.formula.__module__, [n for n in names if n not in varying])
+    pairs = zip(names, spec.kinds, strict=True)
+    directions = [_direction_kind(spec.algebra, kind) for name, kind in pairs if name in varying]
+    name = shortened_identifier("_".join([spec.name, "along", *varying]))
+    return KernelSpec(formula, (*spec.kinds, *directions), name, spec.algebra, (spec.name, varying))
+
+
+def _direction_kind(algebra: str, name: str) -> str:
+    """Kind of the directions in which an argument of a kind varies."""
+    if name == "unit":
+        return "position"
+    is_free = name in ("position", "number") or name.startswith(("numbers", "layout "))
+    return name if is_free or not _kind(algebra, name).constraints else f"layout {name}"
 
 
 @cache
@@ -110,6 +143,20 @@ def trace_spec(spec: KernelSpec) -> Kernel:
 _without_cache: ContextVar[bool] = ContextVar("without_cache", default=False)
 
 
+@cache
+def _printed_signature(spec: KernelSpec) -> KernelSignature:
+    from ..trace.kernel import argument_names, symbol_of
+
+    symbol = symbol_of(stock_algebra(spec.algebra), spec.name)
+    text = print_spec(spec)[symbol]
+    head = text[text.index("FN(") :].split("\n", 1)[0]
+    outputs = tuple((name, int(size)) for name, size in re.findall(r"BS_APART\(V, (\w+), (\d+)\)", head))
+    if not outputs:
+        return trace_spec(spec).signature(spec)
+    sizes = [_kind(spec.algebra, kind).size for kind in spec.kinds]
+    return KernelSignature(symbol, outputs, tuple(zip(argument_names(spec.formula), sizes, strict=True)), spec)
+
+
 @contextmanager
 def without_kernel_cache() -> Iterator[None]:
     """A context in which kernels are printed from their formulas, and the kernel cache is not read."""
@@ -120,9 +167,14 @@ def without_kernel_cache() -> Iterator[None]:
         _without_cache.reset(token)
 
 
+def is_without_cache() -> bool:
+    """Whether everything is printed anew: see `without_kernel_cache`."""
+    return _without_cache.get()
+
+
 def print_spec(spec: KernelSpec) -> dict[str, str]:
     """C functions of a specification's kernel and of those that it calls, callees first, by symbol."""
-    return _print(spec) if _without_cache.get() else _read_or_print(spec)
+    return _print(spec) if is_without_cache() else _read_or_print(spec)
 
 
 @cache

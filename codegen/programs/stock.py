@@ -44,7 +44,7 @@ def stock_program(
         "kernels.h": kernels_header(texts),
         FUNCTIONS: c_functions(roots),
         "kernels.cdef": "const char *bs_source_hash(void);\n" + loop_declarations(f"bs_{n}_f64" for n in functions),
-        ENTRIES: _entries(parts),
+        ENTRIES: entries(parts),
     }
     return Program(name, tuple(texts), files, driver=tuple(specs), algorithms=_algorithm_files(source))
 
@@ -74,7 +74,7 @@ def kept_text(name: str, make: Callable[[], str], sources: Sequence[str]) -> str
     return text_cache.made_once(name, (*sources, *_TEXT_SOURCES), f"{name}.txt", make)
 
 
-def _entries(parts: Mapping[str, Mapping[str, Function]]) -> str:
+def entries(parts: Mapping[str, Mapping[str, Function]]) -> str:
     """JSON: of each function the part, the parameters (name, type of numbers, whether an array), types of results."""
     lines = [
         f" {json.dumps(f'{name}_{part}')}: "
@@ -89,5 +89,5 @@ def _entries(parts: Mapping[str, Mapping[str, Function]]) -> str:
 
 def _parameter(parameter: Parameter) -> tuple[str, str, bool]:
     if isinstance(parameter.type, ArrayType):
-        return parameter.name, str(parameter.type.scalar), True
+        return parameter.name, parameter.type.storage, True
     return parameter.name, str(parameter.type), False

@@ -19,7 +19,7 @@ PROGRAMS = {
     "registration": "registration",
     "merging": "merging of similar objects",
     "simulations": "simulations",
-    "chains": "serial chains",
+    "chains": "serial chains; torques and accelerations of robots",
     "mechanisms": "poses and Jacobians of mechanisms",
 }
 
@@ -54,9 +54,12 @@ NUMBA = Target(
         "algorithms": "float64",
         "table products": "large batches, float64",
         "all pairs": "written out in blocks",
+        "scenes": "float64",
         "registration": "float64",
         "merging": "float64",
+        "simulations": "float64",
         "chains": "float64",
+        "mechanisms": "float64",
     },
 )  # fmt: skip
 NUMPY = Target(
@@ -68,8 +71,15 @@ CUDA = Target(
     {
         **dict.fromkeys(PROGRAMS, NO),
         "kernels": YES,
-        "scenes": "source, compiled but not launched from here",
+        "algorithms": YES,
+        "table products": "`product_table(...).on(\"cuda\")`",
+        "all pairs": "written out in blocks",
+        "scenes": YES,
         "registration": "float64",
+        "merging": "float64: the first search",
+        "simulations": "float64, without functions of users",
+        "chains": "float64",
+        "mechanisms": "float64",
     },
 )  # fmt: skip
 

@@ -35,17 +35,18 @@ _TIGHTNESS = {
     "or": 1, "and": 2, "==": 4, "!=": 4, "<": 5, "<=": 5, ">": 5, ">=": 5,
     "+": 6, "-": 6, "*": 7, "/": 7, "//": 7, "%": 7,
 }  # fmt: skip
+_BITWISE = frozenset(("&", "|", "^", "<<", ">>"))
 _COMPARISONS = frozenset(("==", "!=", "<", "<=", ">", ">="))
-_UNARY, _ATOM = 8, 9
+_SUM, _UNARY, ATOM = 6, 8, 9
 
 
-def in_calling_order(roots: Iterable[Function]) -> tuple[list[Function], list[KernelSignature]]:
-    """All functions that some need, callees first, and the kernels that these call."""
+def in_calling_order(roots: Iterable[Function], *, is_c: bool = False) -> tuple[list[Function], list[KernelSignature]]:
+    """All functions that some need, callees first, and the kernels that these call; in C without those of its own."""
     functions: dict[Function, None] = {}
     kernels: dict[KernelSignature, None] = {}
 
     def visit(function: Function) -> None:
-        if function in functions:
+        if function in functions or (is_c and function.is_library):
             return
         for callee in function.callees():
             if isinstance(callee, Function):
@@ -73,7 +74,7 @@ def counted(function: Function) -> frozenset[str]:
         asked = expressions(statement)
         if isinstance(statement, Call) and isinstance(statement.callee, Function):
             pairs = zip(statement.arguments, statement.callee.parameters, strict=True)
-            asked = tuple(e for each, p in pairs for e in _asked(each, p.name in counted(statement.callee)))
+            asked = tuple(e for each, p in pairs for e in _expressions(each, p.name in counted(statement.callee)))
         found |= {part.array.name for e in asked for part in parts(e) if isinstance(part, Count)}
     return frozenset(found)
 
@@ -83,7 +84,7 @@ def takes_count(callee: Function | KernelSignature, k: int) -> bool:
     return isinstance(callee, Function) and callee.parameters[k].name in counted(callee)
 
 
-def _asked(argument: Expression | View, is_counted: bool) -> tuple[Expression, ...]:
+def _expressions(argument: Expression | View, is_counted: bool) -> tuple[Expression, ...]:
     if not isinstance(argument, View):
         return (argument,)
     return (argument.offset, argument.rows) if is_counted and argument.rows is not None else (argument.offset,)
@@ -133,24 +134,24 @@ class LoopPrinter(ABC):
         match expression:
             case Constant():
                 text = self.constant(expression)
-                return text, _UNARY if text.startswith("-") else _ATOM
+                return text, _UNARY if text.startswith("-") else ATOM
             case Variable(name, _):
-                return self.variable(name), _ATOM
+                return self.variable(name), ATOM
             case Count(array, _):
-                return self.count(array), _ATOM
+                return self.count(array), ATOM
             case Load(array, index):
-                return self.load(array, index), _ATOM
+                return self.load(array, index), ATOM
             case Unary(operator, operand, _):
                 sign = self.logical["not"] if operator == "not" else "-"
                 inner, tightness = self._print(operand)
-                bare = tightness == _ATOM or (tightness > _UNARY and operator == "not")
+                bare = tightness == ATOM or (tightness > _UNARY and operator == "not")
                 return sign + (inner if bare else f"({inner})"), 3 if sign == "not " else _UNARY
             case Binary():
                 return self._binary(expression)
             case Select(condition, yes, no, _):
                 return self.select(self.inside(condition, 1), self.inside(yes, 1), self.inside(no, 1)), 0
             case Intrinsic(name, arguments, _):
-                return self.call(name, [self.text(a) for a in arguments]), _ATOM
+                return self.call(name, [self.text(a) for a in arguments]), ATOM
         raise TypeError(expression)
 
     def inside(self, expression: Expression, least: int) -> str:
@@ -161,11 +162,14 @@ class LoopPrinter(ABC):
     def _binary(self, expression: Binary) -> tuple[str, int]:
         operator, left, right = expression.operator, expression.left, expression.right
         if operator in self.functions and expression.type == INT:
-            return self.call(operator, [self.text(left), self.text(right)]), _ATOM
+            return self.call(operator, [self.text(left), self.text(right)]), ATOM
+        if operator in _BITWISE:
+            return f"({self.inside(left, ATOM)} {operator} {self.inside(right, ATOM)})", ATOM
         tightness = _TIGHTNESS[operator]
-        same = 0 if operator not in _COMPARISONS else 1  # a < b < c is not (a < b) < c in Python
-        low = _ATOM if operator in ("and", "or") and self._mixes(operator, left, right) else tightness
-        first = self.inside(left, low + same if low == tightness else low)
+        if operator in _COMPARISONS:  # a < b < c is not (a < b) < c in Python
+            return f"{self.inside(left, _SUM)} {operator} {self.inside(right, _SUM)}", tightness
+        low = ATOM if operator in ("and", "or") and self._mixes(operator, left, right) else tightness
+        first = self.inside(left, low)
         second = self.inside(right, low + 1 if low == tightness else low)
         return f"{first} {self.logical.get(operator, operator)} {second}", tightness
 

@@ -8,7 +8,8 @@ from typing import Any
 
 from ..algebra.algebra import Algebra, Kind, scalar_argument
 from ..algebra.algebra import numbers as numbers_kind
-from ..errors import InputError, KindError, TraceError
+from ..algebra.blades import shortened_identifier, validated_identifier
+from ..errors import InputError, KindError, SignatureError, TraceError
 from ..ir.loops.nodes import KernelSignature
 from .derivatives import tangent_formula
 from .kernel import Formula, Kernel, argument_names
@@ -77,8 +78,10 @@ class DeclaredFormula:
         self.name = name
         self.algebra = home
         self.arguments = list(arguments or argument_names(formula))
-        if not name.isidentifier():
-            raise TraceError(f"{name!r} is not a valid name of a kernel: give it one, name=...")
+        try:
+            validated_identifier(name, "a kernel's name")
+        except SignatureError as error:
+            raise TraceError(error.what, remedy="Give it one, name=...") from None
         if len(self.arguments) != len(self.kinds):
             raise TraceError(
                 f"{name} takes {len(self.arguments)} arguments ({', '.join(self.arguments) or 'none'}), but "
@@ -139,7 +142,7 @@ class DeclaredFormula:
         free = {n: k if k.form == "numbers" or k.is_scalar_argument else k.layout for n, k in by_name.items()}
         kinds = [free[n] if n in varying else k for n, k in by_name.items()]
         names = [*self.arguments, *(f"d_{n}" for n in order)]
-        name = f"{self.name}_along_{'_'.join(order)}"
+        name = shortened_identifier(f"{self.name}_along_{'_'.join(order)}")
         declared = [*kinds, *(free[n] for n in order)]
         return type(self)(tangents, declared, None, name, self.algebra, names, self.traced)
 

@@ -1,4 +1,5 @@
-"""Draws the figures of thesis chapter 5: the table and its copy, what the stages make of them, and mixed random models.
+"""Draws the figures of thesis chapter 5: the table and its copy, what the stages make of them, mixed random models; and
+the room of the segments.
 
     python examples/registration/figures.py --out registration
 
@@ -89,6 +90,13 @@ def mixed(folder: Path) -> None:
     )
 
 
+def room(folder: Path) -> None:
+    """The scan of a room, its edges as segments, and what registration makes of it."""
+    reference = registration.model_from_edges(HERE / "room.obj", unit="m")
+    query = registration.model_from_edges(HERE / "room_scan.ply", unit="m")
+    registration.picture(registration.register(query, reference), query, reference, folder / "room.png")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("registration"), metavar="FOLDER")
@@ -96,6 +104,7 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     tables(folder)
     mixed(folder)
+    room(folder)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
  * Kernel bodies for one instance (precision and vector width). */
 
 /* cga3d_align_point: x or -x, whichever agrees with the reference. A point has one orientation only. 0 mul, 0 add. */
-BS_INLINE void FN(cga3d_align_point)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT reference_in)
+BS_INLINE void FN(cga3d_align_point)(BS_APART(V, out, 5), BS_APART(const V, x_in, 5), BS_APART(const V, reference_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -18,7 +18,7 @@ BS_INLINE void FN(cga3d_align_point)(V *RESTRICT out, const V *RESTRICT x_in, co
 }
 
 /* cga3d_cost_point: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 9 mul, 8 add. */
-BS_INLINE void FN(cga3d_cost_point)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_cost_point)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5))
 {
   const V x1_e1 = x1_in[0];
   const V x1_e2 = x1_in[1];
@@ -37,7 +37,7 @@ BS_INLINE void FN(cga3d_cost_point)(V *RESTRICT out, const V *RESTRICT x1_in, co
 }
 
 /* cga3d_mean_point: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 34 mul, 18 add, 31 other. */
-BS_INLINE void FN(cga3d_mean_point)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
+BS_INLINE void FN(cga3d_mean_point)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5), BS_APART(const V, w1_in, 1), BS_APART(const V, w2_in, 1))
 {
   const V x1_e1 = x1_in[0];
   const V x1_e2 = x1_in[1];
@@ -105,7 +105,7 @@ BS_INLINE void FN(cga3d_mean_point)(V *RESTRICT out, V *RESTRICT status, const V
 }
 
 /* cga3d_landmark_point: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds more. 0 mul, 0 add. */
-BS_INLINE void FN(cga3d_landmark_point)(V *RESTRICT out, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_landmark_point)(BS_APART(V, out, 7), BS_APART(const V, x_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -120,7 +120,7 @@ BS_INLINE void FN(cga3d_landmark_point)(V *RESTRICT out, const V *RESTRICT x_in)
 }
 
 /* cga3d_align_point_pair: x or -x, whichever agrees with the reference. A point has one orientation only. 20 mul, 9 add, 2 other. */
-BS_INLINE void FN(cga3d_align_point_pair)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT reference_in)
+BS_INLINE void FN(cga3d_align_point_pair)(BS_APART(V, out, 10), BS_APART(const V, x_in, 10), BS_APART(const V, reference_in, 10))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -158,7 +158,7 @@ BS_INLINE void FN(cga3d_align_point_pair)(V *RESTRICT out, const V *RESTRICT x_i
 }
 
 /* cga3d_cost_point_pair: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 281 mul, 186 add, 21 other. */
-BS_INLINE void FN(cga3d_cost_point_pair)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_cost_point_pair)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e12 = x1_in[0];
   const V x1_e13 = x1_in[1];
@@ -302,7 +302,7 @@ BS_INLINE void FN(cga3d_cost_point_pair)(V *RESTRICT out, const V *RESTRICT x1_i
 }
 
 /* cga3d_mean_point_pair: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 157 mul, 118 add, 90 other. */
-BS_INLINE void FN(cga3d_mean_point_pair)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
+BS_INLINE void FN(cga3d_mean_point_pair)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10), BS_APART(const V, w1_in, 1), BS_APART(const V, w2_in, 1))
 {
   const V x1_e12 = x1_in[0];
   const V x1_e13 = x1_in[1];
@@ -497,7 +497,7 @@ BS_INLINE void FN(cga3d_mean_point_pair)(V *RESTRICT out, V *RESTRICT status, co
 }
 
 /* cga3d_landmark_point_pair: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds more. 69 mul, 38 add, 22 other. */
-BS_INLINE void FN(cga3d_landmark_point_pair)(V *RESTRICT out, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_landmark_point_pair)(BS_APART(V, out, 22), BS_APART(const V, x_in, 10))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -579,7 +579,7 @@ BS_INLINE void FN(cga3d_landmark_point_pair)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* cga3d_align_line: x or -x, whichever agrees with the reference. A point has one orientation only. 9 mul, 2 add, 2 other. */
-BS_INLINE void FN(cga3d_align_line)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT reference_in)
+BS_INLINE void FN(cga3d_align_line)(BS_APART(V, out, 6), BS_APART(const V, x_in, 6), BS_APART(const V, reference_in, 6))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -602,7 +602,7 @@ BS_INLINE void FN(cga3d_align_line)(V *RESTRICT out, const V *RESTRICT x_in, con
 }
 
 /* cga3d_cost_line: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 70 mul, 35 add, 8 other. */
-BS_INLINE void FN(cga3d_cost_line)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_cost_line)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6))
 {
   const V x1_e12ni = x1_in[0];
   const V x1_e13ni = x1_in[1];
@@ -650,7 +650,7 @@ BS_INLINE void FN(cga3d_cost_line)(V *RESTRICT out, const V *RESTRICT x1_in, con
 }
 
 /* cga3d_mean_line: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 45 mul, 33 add, 40 other. */
-BS_INLINE void FN(cga3d_mean_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
+BS_INLINE void FN(cga3d_mean_line)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6), BS_APART(const V, w1_in, 1), BS_APART(const V, w2_in, 1))
 {
   const V x1_e12ni = x1_in[0];
   const V x1_e13ni = x1_in[1];
@@ -741,7 +741,7 @@ BS_INLINE void FN(cga3d_mean_line)(V *RESTRICT out, V *RESTRICT status, const V 
 }
 
 /* cga3d_landmark_line: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds more. 12 mul, 5 add, 1 other. */
-BS_INLINE void FN(cga3d_landmark_line)(V *RESTRICT out, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_landmark_line)(BS_APART(V, out, 7), BS_APART(const V, x_in, 6))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -760,7 +760,7 @@ BS_INLINE void FN(cga3d_landmark_line)(V *RESTRICT out, const V *RESTRICT x_in)
 }
 
 /* cga3d_align_circle: x or -x, whichever agrees with the reference. A point has one orientation only. 20 mul, 9 add, 2 other. */
-BS_INLINE void FN(cga3d_align_circle)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT reference_in)
+BS_INLINE void FN(cga3d_align_circle)(BS_APART(V, out, 10), BS_APART(const V, x_in, 10), BS_APART(const V, reference_in, 10))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -798,7 +798,7 @@ BS_INLINE void FN(cga3d_align_circle)(V *RESTRICT out, const V *RESTRICT x_in, c
 }
 
 /* cga3d_cost_circle: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 281 mul, 186 add, 21 other. */
-BS_INLINE void FN(cga3d_cost_circle)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_cost_circle)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -942,7 +942,7 @@ BS_INLINE void FN(cga3d_cost_circle)(V *RESTRICT out, const V *RESTRICT x1_in, c
 }
 
 /* cga3d_mean_circle: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 157 mul, 118 add, 90 other. */
-BS_INLINE void FN(cga3d_mean_circle)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
+BS_INLINE void FN(cga3d_mean_circle)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10), BS_APART(const V, w1_in, 1), BS_APART(const V, w2_in, 1))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -1137,7 +1137,7 @@ BS_INLINE void FN(cga3d_mean_circle)(V *RESTRICT out, V *RESTRICT status, const 
 }
 
 /* cga3d_landmark_circle: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds more. 69 mul, 40 add, 25 other. */
-BS_INLINE void FN(cga3d_landmark_circle)(V *RESTRICT out, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_landmark_circle)(BS_APART(V, out, 22), BS_APART(const V, x_in, 10))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -1225,7 +1225,7 @@ BS_INLINE void FN(cga3d_landmark_circle)(V *RESTRICT out, const V *RESTRICT x_in
 }
 
 /* cga3d_align_plane: x or -x, whichever agrees with the reference. A point has one orientation only. 7 mul, 2 add, 2 other. */
-BS_INLINE void FN(cga3d_align_plane)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT reference_in)
+BS_INLINE void FN(cga3d_align_plane)(BS_APART(V, out, 4), BS_APART(const V, x_in, 4), BS_APART(const V, reference_in, 4))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -1244,7 +1244,7 @@ BS_INLINE void FN(cga3d_align_plane)(V *RESTRICT out, const V *RESTRICT x_in, co
 }
 
 /* cga3d_cost_plane: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 43 mul, 20 add, 10 other. */
-BS_INLINE void FN(cga3d_cost_plane)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_cost_plane)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 4), BS_APART(const V, x2_in, 4))
 {
   const V x1_e123ni = x1_in[0];
   const V x1_e12noni = x1_in[1];
@@ -1282,7 +1282,7 @@ BS_INLINE void FN(cga3d_cost_plane)(V *RESTRICT out, const V *RESTRICT x1_in, co
 }
 
 /* cga3d_mean_plane: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 25 mul, 22 add, 35 other. */
-BS_INLINE void FN(cga3d_mean_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
+BS_INLINE void FN(cga3d_mean_plane)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x1_in, 4), BS_APART(const V, x2_in, 4), BS_APART(const V, w1_in, 1), BS_APART(const V, w2_in, 1))
 {
   const V x1_e123ni = x1_in[0];
   const V x1_e12noni = x1_in[1];
@@ -1356,7 +1356,7 @@ BS_INLINE void FN(cga3d_mean_plane)(V *RESTRICT out, V *RESTRICT status, const V
 }
 
 /* cga3d_landmark_plane: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds more. 9 mul, 2 add, 1 other. */
-BS_INLINE void FN(cga3d_landmark_plane)(V *RESTRICT out, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_landmark_plane)(BS_APART(V, out, 7), BS_APART(const V, x_in, 4))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -1373,7 +1373,7 @@ BS_INLINE void FN(cga3d_landmark_plane)(V *RESTRICT out, const V *RESTRICT x_in)
 }
 
 /* cga3d_align_sphere: x or -x, whichever agrees with the reference. A point has one orientation only. 10 mul, 4 add, 2 other. */
-BS_INLINE void FN(cga3d_align_sphere)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT reference_in)
+BS_INLINE void FN(cga3d_align_sphere)(BS_APART(V, out, 5), BS_APART(const V, x_in, 5), BS_APART(const V, reference_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -1396,7 +1396,7 @@ BS_INLINE void FN(cga3d_align_sphere)(V *RESTRICT out, const V *RESTRICT x_in, c
 }
 
 /* cga3d_cost_sphere: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 83 mul, 50 add, 10 other. */
-BS_INLINE void FN(cga3d_cost_sphere)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_cost_sphere)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5))
 {
   const V x1_e123no = x1_in[0];
   const V x1_e123ni = x1_in[1];
@@ -1450,7 +1450,7 @@ BS_INLINE void FN(cga3d_cost_sphere)(V *RESTRICT out, const V *RESTRICT x1_in, c
 }
 
 /* cga3d_mean_sphere: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 37 mul, 32 add, 43 other. */
-BS_INLINE void FN(cga3d_mean_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
+BS_INLINE void FN(cga3d_mean_sphere)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5), BS_APART(const V, w1_in, 1), BS_APART(const V, w2_in, 1))
 {
   const V x1_e123no = x1_in[0];
   const V x1_e123ni = x1_in[1];
@@ -1542,7 +1542,7 @@ BS_INLINE void FN(cga3d_mean_sphere)(V *RESTRICT out, V *RESTRICT status, const 
 }
 
 /* cga3d_landmark_sphere: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds more. 31 mul, 9 add, 25 other. */
-BS_INLINE void FN(cga3d_landmark_sphere)(V *RESTRICT out, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_landmark_sphere)(BS_APART(V, out, 17), BS_APART(const V, x_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];

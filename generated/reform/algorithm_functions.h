@@ -14,14 +14,18 @@ BS_OUTLINED void FN(elements_all)(ptrdiff_t kind, const S *row, S element[BS_LEN
     return;
   }
   if (kind == 3) {
-    FN(cga3d_element_circle)(element, row);
+    FN(cga3d_element_line)(element, row);
     return;
   }
   if (kind == 4) {
-    FN(cga3d_element_plane)(element, row);
+    FN(cga3d_element_circle)(element, row);
     return;
   }
   if (kind == 5) {
+    FN(cga3d_element_plane)(element, row);
+    return;
+  }
+  if (kind == 6) {
     FN(cga3d_element_sphere)(element, row);
     return;
   }
@@ -43,14 +47,18 @@ BS_OUTLINED void FN(to_frame_all)(ptrdiff_t kind, const S *row, const S origin[B
     return;
   }
   if (kind == 3) {
-    FN(cga3d_seen_circle)(found, row, origin);
+    FN(cga3d_seen_line)(found, row, origin);
     return;
   }
   if (kind == 4) {
-    FN(cga3d_seen_plane)(found, row, origin);
+    FN(cga3d_seen_circle)(found, row, origin);
     return;
   }
   if (kind == 5) {
+    FN(cga3d_seen_plane)(found, row, origin);
+    return;
+  }
+  if (kind == 6) {
     FN(cga3d_seen_sphere)(found, row, origin);
     return;
   }
@@ -64,7 +72,6 @@ BS_OUTLINED S FN(squared_distances)(const S a[BS_LENGTH(7)], const S b[BS_LENGTH
   S row1[1];
   FN(cga3d_apart)(row, row1, a, b, settings, directed, settings + 5);
   const S square = row[0];
-  const S __ = row1[0];
   return square;
 }
 
@@ -113,17 +120,23 @@ BS_OUTLINED void FN(invariants_all)(ptrdiff_t first_kind, ptrdiff_t second_kind,
   }
   if (first_kind == 0 && second_kind == 3) {
     x = 5 * first;
+    y = 6 * second;
+    FN(cga3d_invariants_point_line)(found, first_rows + x, second_rows + y);
+    return;
+  }
+  if (first_kind == 0 && second_kind == 4) {
+    x = 5 * first;
     y = 10 * second;
     FN(cga3d_invariants_point_circle)(found, first_rows + x, second_rows + y);
     return;
   }
-  if (first_kind == 0 && second_kind == 4) {
+  if (first_kind == 0 && second_kind == 5) {
     x = 5 * first;
     y = 4 * second;
     FN(cga3d_invariants_point_plane)(found, first_rows + x, second_rows + y);
     return;
   }
-  if (first_kind == 0 && second_kind == 5) {
+  if (first_kind == 0 && second_kind == 6) {
     x = 5 * first;
     y = 5 * second;
     FN(cga3d_invariants_point_sphere)(found, first_rows + x, second_rows + y);
@@ -143,17 +156,23 @@ BS_OUTLINED void FN(invariants_all)(ptrdiff_t first_kind, ptrdiff_t second_kind,
   }
   if (first_kind == 1 && second_kind == 3) {
     x = 10 * first;
+    y = 6 * second;
+    FN(cga3d_invariants_point_pair_line)(found, first_rows + x, second_rows + y);
+    return;
+  }
+  if (first_kind == 1 && second_kind == 4) {
+    x = 10 * first;
     y = 10 * second;
     FN(cga3d_invariants_point_pair_circle)(found, first_rows + x, second_rows + y);
     return;
   }
-  if (first_kind == 1 && second_kind == 4) {
+  if (first_kind == 1 && second_kind == 5) {
     x = 10 * first;
     y = 4 * second;
     FN(cga3d_invariants_point_pair_plane)(found, first_rows + x, second_rows + y);
     return;
   }
-  if (first_kind == 1 && second_kind == 5) {
+  if (first_kind == 1 && second_kind == 6) {
     x = 10 * first;
     y = 5 * second;
     FN(cga3d_invariants_point_pair_sphere)(found, first_rows + x, second_rows + y);
@@ -167,53 +186,83 @@ BS_OUTLINED void FN(invariants_all)(ptrdiff_t first_kind, ptrdiff_t second_kind,
   }
   if (first_kind == 2 && second_kind == 3) {
     x = 6 * first;
+    y = 6 * second;
+    FN(cga3d_invariants_line_line)(found, first_rows + x, second_rows + y);
+    return;
+  }
+  if (first_kind == 2 && second_kind == 4) {
+    x = 6 * first;
     y = 10 * second;
     FN(cga3d_invariants_line_circle)(found, first_rows + x, second_rows + y);
     return;
   }
-  if (first_kind == 2 && second_kind == 4) {
+  if (first_kind == 2 && second_kind == 5) {
     x = 6 * first;
     y = 4 * second;
     FN(cga3d_invariants_line_plane)(found, first_rows + x, second_rows + y);
     return;
   }
-  if (first_kind == 2 && second_kind == 5) {
+  if (first_kind == 2 && second_kind == 6) {
     x = 6 * first;
     y = 5 * second;
     FN(cga3d_invariants_line_sphere)(found, first_rows + x, second_rows + y);
     return;
   }
   if (first_kind == 3 && second_kind == 3) {
+    x = 6 * first;
+    y = 6 * second;
+    FN(cga3d_invariants_line_line)(found, first_rows + x, second_rows + y);
+    return;
+  }
+  if (first_kind == 3 && second_kind == 4) {
+    x = 6 * first;
+    y = 10 * second;
+    FN(cga3d_invariants_line_circle)(found, first_rows + x, second_rows + y);
+    return;
+  }
+  if (first_kind == 3 && second_kind == 5) {
+    x = 6 * first;
+    y = 4 * second;
+    FN(cga3d_invariants_line_plane)(found, first_rows + x, second_rows + y);
+    return;
+  }
+  if (first_kind == 3 && second_kind == 6) {
+    x = 6 * first;
+    y = 5 * second;
+    FN(cga3d_invariants_line_sphere)(found, first_rows + x, second_rows + y);
+    return;
+  }
+  if (first_kind == 4 && second_kind == 4) {
     x = 10 * first;
     y = 10 * second;
     FN(cga3d_invariants_circle_circle)(found, first_rows + x, second_rows + y);
     return;
   }
-  if (first_kind == 3 && second_kind == 4) {
+  if (first_kind == 4 && second_kind == 5) {
     x = 10 * first;
     y = 4 * second;
     FN(cga3d_invariants_circle_plane)(found, first_rows + x, second_rows + y);
     return;
   }
-  if (first_kind == 3 && second_kind == 5) {
+  if (first_kind == 4 && second_kind == 6) {
     x = 10 * first;
     y = 5 * second;
     FN(cga3d_invariants_circle_sphere)(found, first_rows + x, second_rows + y);
     return;
   }
-  if (first_kind == 4 && second_kind == 4) {
+  if (first_kind == 5 && second_kind == 5) {
     x = 4 * first;
     y = 4 * second;
     FN(cga3d_invariants_plane_plane)(found, first_rows + x, second_rows + y);
     return;
   }
-  if (first_kind == 4 && second_kind == 5) {
+  if (first_kind == 5 && second_kind == 6) {
     x = 4 * first;
     y = 5 * second;
     FN(cga3d_invariants_plane_sphere)(found, first_rows + x, second_rows + y);
     return;
   }
-  if (first_kind == 5 && second_kind == 5) {
+  if (first_kind == 6 && second_kind == 6) {
     x = 5 * first;
     y = 5 * second;
     FN(cga3d_invariants_sphere_sphere)(found, first_rows + x, second_rows + y);
@@ -266,7 +315,7 @@ BS_OUTLINED void FN(rates_all)(ptrdiff_t kind, const S motor[BS_LENGTH(8)], ptrd
   if (kind == 3) {
     S row6[6];
     S row7[21];
-    FN(cga3d_rates_circle)(found, row6, row7, motor, reals + x, reals + y);
+    FN(cga3d_rates_line)(found, row6, row7, motor, reals + x, reals + y);
     for (ptrdiff_t k6 = 0; k6 < 6; k6++) {
       found[1 + k6] = row6[k6];
     }
@@ -278,7 +327,7 @@ BS_OUTLINED void FN(rates_all)(ptrdiff_t kind, const S motor[BS_LENGTH(8)], ptrd
   if (kind == 4) {
     S row8[6];
     S row9[21];
-    FN(cga3d_rates_plane)(found, row8, row9, motor, reals + x, reals + y);
+    FN(cga3d_rates_circle)(found, row8, row9, motor, reals + x, reals + y);
     for (ptrdiff_t k8 = 0; k8 < 6; k8++) {
       found[1 + k8] = row8[k8];
     }
@@ -290,12 +339,24 @@ BS_OUTLINED void FN(rates_all)(ptrdiff_t kind, const S motor[BS_LENGTH(8)], ptrd
   if (kind == 5) {
     S row10[6];
     S row11[21];
-    FN(cga3d_rates_sphere)(found, row10, row11, motor, reals + x, reals + y);
+    FN(cga3d_rates_plane)(found, row10, row11, motor, reals + x, reals + y);
     for (ptrdiff_t k10 = 0; k10 < 6; k10++) {
       found[1 + k10] = row10[k10];
     }
     for (ptrdiff_t k11 = 0; k11 < 21; k11++) {
       found[7 + k11] = row11[k11];
+    }
+    return;
+  }
+  if (kind == 6) {
+    S row12[6];
+    S row13[21];
+    FN(cga3d_rates_sphere)(found, row12, row13, motor, reals + x, reals + y);
+    for (ptrdiff_t k12 = 0; k12 < 6; k12++) {
+      found[1 + k12] = row12[k12];
+    }
+    for (ptrdiff_t k13 = 0; k13 < 21; k13++) {
+      found[7 + k13] = row13[k13];
     }
     return;
   }
@@ -318,14 +379,18 @@ BS_OUTLINED void FN(motor_form_all)(ptrdiff_t kind, const S *reals, ptrdiff_t x,
     return;
   }
   if (kind == 3) {
-    FN(cga3d_form_circle)(form, reals + x, reals + y, sign);
+    FN(cga3d_form_line)(form, reals + x, reals + y, sign);
     return;
   }
   if (kind == 4) {
-    FN(cga3d_form_plane)(form, reals + x, reals + y, sign);
+    FN(cga3d_form_circle)(form, reals + x, reals + y, sign);
     return;
   }
   if (kind == 5) {
+    FN(cga3d_form_plane)(form, reals + x, reals + y, sign);
+    return;
+  }
+  if (kind == 6) {
     FN(cga3d_form_sphere)(form, reals + x, reals + y, sign);
     return;
   }
@@ -618,14 +683,18 @@ BS_INLINE void FN(move_element_all)(ptrdiff_t kind, const S motor[BS_LENGTH(8)],
     return;
   }
   if (kind == 3) {
-    FN(cga3d_moved_circle)(element, motor, reals + at);
+    FN(cga3d_moved_line)(element, motor, reals + at);
     return;
   }
   if (kind == 4) {
-    FN(cga3d_moved_plane)(element, motor, reals + at);
+    FN(cga3d_moved_circle)(element, motor, reals + at);
     return;
   }
   if (kind == 5) {
+    FN(cga3d_moved_plane)(element, motor, reals + at);
+    return;
+  }
+  if (kind == 6) {
     FN(cga3d_moved_sphere)(element, motor, reals + at);
     return;
   }
@@ -698,7 +767,7 @@ BS_INLINE void FN(score_all)(const S motor[BS_LENGTH(8)], ptrdiff_t first, const
     ptrdiff_t selected_count_, const S settings[BS_LENGTH(6)], const S *grids, const ptrdiff_t *heads,
     const S *reals, const ptrdiff_t *integers, S *result0_, ptrdiff_t *result1_, ptrdiff_t *result2_)
 {
-  S element[7];
+  S element[7] = {0};
   const ptrdiff_t count = selected_count_;
   S total = K(0.0);
   ptrdiff_t hits = 0;
@@ -721,7 +790,6 @@ BS_INLINE void FN(score_all)(const S motor[BS_LENGTH(8)], ptrdiff_t first, const
     FN(nearest)(kind, element, settings, grids, heads, reals, integers, &result, &result1, &result2);
     const ptrdiff_t found = result;
     const S square = result1;
-    const S __ = result2;
     if (found >= 0) {
       total = total + (K(1.0) - square / settings[3]);
       hits = hits + 1;
@@ -779,7 +847,7 @@ BS_OUTLINED void FN(add_matches_all)(const S motor[BS_LENGTH(8)], const ptrdiff_
     ptrdiff_t selected_count_, const S settings[BS_LENGTH(6)], const S *grids, const ptrdiff_t *heads,
     const S *reals, const ptrdiff_t *integers, S form[BS_LENGTH(36)])
 {
-  S element[7];
+  S element[7] = {0};
   for (ptrdiff_t i = 0; i < selected_count_; i++) {
     const ptrdiff_t kind = selected[2 * i];
     const ptrdiff_t x = heads[10 * kind + 1] + heads[10 * kind] * selected[2 * i + 1];
@@ -846,7 +914,6 @@ BS_OUTLINED void FN(refine_all)(ptrdiff_t rounds, S settled, const ptrdiff_t *se
       &result4);
   const S total = result2;
   const ptrdiff_t hits = result3;
-  const ptrdiff_t __ = result4;
   *result0_ = total;
   *result1_ = hits;
   *result2_ = taken;
@@ -858,7 +925,7 @@ BS_OUTLINED void FN(match_all)(const ptrdiff_t selected[BS_LENGTH(2)], const S m
     const S settings[BS_LENGTH(6)], const S *grids, const ptrdiff_t *heads, const S *reals,
     const ptrdiff_t *integers, ptrdiff_t *result0_, S *result1_, S *result2_)
 {
-  S element[7];
+  S element[7] = {0};
   const ptrdiff_t at = heads[10 * selected[0] + 1] + heads[10 * selected[0]] * selected[1];
   FN(move_element_all)(selected[0], motor, reals, at, element);
   ptrdiff_t result;
@@ -872,6 +939,125 @@ BS_OUTLINED void FN(match_all)(const ptrdiff_t selected[BS_LENGTH(2)], const S m
   *result1_ = square;
   *result2_ = sign;
   return;
+}
+
+/* The reference segment that a moved one fits best, of those whose lines are within the limit, or -1; the mean */
+BS_OUTLINED void FN(fitting_segment)(ptrdiff_t kind, const S element[BS_LENGTH(7)], const S ends[BS_LENGTH(6)],
+    const S *reference_ends, const S settings[BS_LENGTH(6)], const S *grids, const ptrdiff_t *heads, const S *reals,
+    const ptrdiff_t *integers, ptrdiff_t *result0_, S *result1_)
+{
+  const ptrdiff_t grid_at = 5 * kind;
+  const ptrdiff_t head_at = 10 * kind;
+  ptrdiff_t found = -1;
+  S best = K(0.0);
+  S square = K(0.0);
+  if (element[0] - element[0] != K(0.0) || heads[head_at + 9] == 0) {
+    *result0_ = found;
+    *result1_ = square;
+    return;
+  }
+  const S reach = SQRT(settings[3] / settings[0]);
+  const ptrdiff_t result = FN(cell)(grids + grid_at, heads + head_at, 0, element[0] - reach);
+  const ptrdiff_t result1 = FN(cell)(grids + grid_at, heads + head_at, 0, element[0] + reach);
+  for (ptrdiff_t x = result; x < result1 + 1; x++) {
+    const ptrdiff_t result2 = FN(cell)(grids + grid_at, heads + head_at, 1, element[1] - reach);
+    const ptrdiff_t result3 = FN(cell)(grids + grid_at, heads + head_at, 1, element[1] + reach);
+    for (ptrdiff_t y = result2; y < result3 + 1; y++) {
+      const ptrdiff_t starts = heads[head_at + 4] + (x * heads[head_at + 6 + 1] + y) * heads[head_at + 6 + 2];
+      const ptrdiff_t result4 = FN(cell)(grids + grid_at, heads + head_at, 2, element[2] - reach);
+      const ptrdiff_t begin = integers[starts + result4];
+      const ptrdiff_t result5 = FN(cell)(grids + grid_at, heads + head_at, 2, element[2] + reach);
+      const ptrdiff_t value = integers[starts + result5 + 1];
+      for (ptrdiff_t j = begin; j < value; j++) {
+        const ptrdiff_t at = heads[head_at + 3] + 7 * j;
+        S row1[1];
+        S row2[1];
+        FN(cga3d_apart)(row1, row2, element, reals + at, settings, grids + grid_at + 4, settings + 5);
+        const S apart__ = row1[0];
+        if (!(apart__ <= settings[3])) {
+          continue;
+        }
+        const ptrdiff_t row = integers[heads[head_at + 5] + j];
+        const ptrdiff_t others_at = 6 * row;
+        S row3[1];
+        S row4[1];
+        FN(cga3d_ends_apart)(row3, row4, ends, ends + 3, reference_ends + others_at, reference_ends + others_at + 3);
+        const S off = row3[0];
+        const S out = row4[0];
+        const S misfit = off + FN(bs_min)(out * out, K(0.25) * reach * reach);
+        if ((found < 0 || misfit < best) || (misfit == best && found > row)) {
+          best = misfit;
+          square = off;
+          found = row;
+        }
+      }
+    }
+  }
+  *result0_ = found;
+  *result1_ = square;
+  return;
+}
+
+/* Row of the counterpart of a query segment by its ends or -1, and the mean square by which ends are off. */
+BS_OUTLINED void FN(match_segments_all)(ptrdiff_t kind, ptrdiff_t row, const S motor[BS_LENGTH(8)], const S *ends,
+    const S *reference_ends, const S settings[BS_LENGTH(6)], const S *grids, const ptrdiff_t *heads, const S *reals,
+    const ptrdiff_t *integers, ptrdiff_t *result0_, S *result1_)
+{
+  S element[7] = {0};
+  FN(move_element_all)(kind, motor, reals, heads[10 * kind + 1] + heads[10 * kind] * row, element);
+  S moved[6];
+  S rates[18];
+  const ptrdiff_t own_at = 6 * row;
+  FN(cga3d_position_rates)(moved, rates, motor, ends + own_at);
+  FN(cga3d_position_rates)(moved + 3, rates, motor, ends + own_at + 3);
+  ptrdiff_t result;
+  S result1;
+  FN(fitting_segment)(kind, element, moved, reference_ends, settings, grids, heads, reals, integers, &result, &result1);
+  const ptrdiff_t found = result;
+  const S square = result1;
+  *result0_ = found;
+  *result1_ = square;
+  return;
+}
+
+/* Sum of squared residuals of a match, its gradient and its Gauss-Newton matrix by the twist. */
+BS_OUTLINED void FN(residual_rates)(const S motor[BS_LENGTH(8)], const S vectors[BS_LENGTH(6)], ptrdiff_t directed,
+    const S residuals[BS_LENGTH(42)], S found[BS_LENGTH(28)])
+{
+  S moved[6];
+  S moved_rates[36];
+  FN(cga3d_position_rates)(moved, moved_rates, motor, vectors);
+  if (directed != 0) {
+    FN(cga3d_direction_rates)(moved + 3, moved_rates + 18, motor, vectors + 3);
+  } else {
+    FN(cga3d_position_rates)(moved + 3, moved_rates + 18, motor, vectors + 3);
+  }
+  for (ptrdiff_t k1 = 0; k1 < 28; k1++) {
+    found[k1] = K(0.0);
+  }
+  S slope[6];
+  for (ptrdiff_t k = 0; k < 6; k++) {
+    S value = -residuals[7 * k + 6];
+    for (ptrdiff_t j = 0; j < 6; j++) {
+      value = value + residuals[7 * k + j] * moved[j];
+    }
+    for (ptrdiff_t i = 0; i < 6; i++) {
+      slope[i] = K(0.0);
+      for (ptrdiff_t j = 0; j < 3; j++) {
+        slope[i] = slope[i] + residuals[7 * k + j] * moved_rates[3 * i + j];
+        slope[i] = slope[i] + residuals[7 * k + (3 + j)] * moved_rates[18 + (3 * i + j)];
+      }
+    }
+    found[0] = found[0] + value * value;
+    ptrdiff_t at = 7;
+    for (ptrdiff_t i = 0; i < 6; i++) {
+      found[1 + i] = found[1 + i] + K(2.0) * value * slope[i];
+      for (ptrdiff_t j = i; j < 6; j++) {
+        found[at] = found[at] + K(2.0) * slope[i] * slope[j];
+        at = at + 1;
+      }
+    }
+  }
 }
 
 /* How far a point is off an object, squared, and halves of the first and second rates by the point. */
@@ -891,14 +1077,18 @@ BS_OUTLINED void FN(square_off_all)(ptrdiff_t kind, const S point[BS_LENGTH(3)],
     return;
   }
   if (kind == 3) {
-    FN(cga3d_off_position)(square, gradient, matrix, point, element);
+    FN(cga3d_off_line)(square, gradient, matrix, point, element);
     return;
   }
   if (kind == 4) {
-    FN(cga3d_off_plane)(square, gradient, matrix, point, element);
+    FN(cga3d_off_position)(square, gradient, matrix, point, element);
     return;
   }
   if (kind == 5) {
+    FN(cga3d_off_plane)(square, gradient, matrix, point, element);
+    return;
+  }
+  if (kind == 6) {
     FN(cga3d_off_position)(square, gradient, matrix, point, element);
     return;
   }
@@ -1115,7 +1305,7 @@ BS_OUTLINED int FN(half_step_of_two_all)(ptrdiff_t kind, const S motor[BS_LENGTH
     is_done = result;
     return is_done;
   }
-  if (kind == 5) {
+  if (kind == 6) {
     FN(cga3d_half_two_sphere)(following, motor, reals + x, reals + y, reals + x2, reals + y2);
     const int result1 = FN(is_finite)(following);
     is_done = result1;
@@ -1138,12 +1328,15 @@ BS_OUTLINED int FN(half_step_all)(ptrdiff_t kind, const S motor[BS_LENGTH(8)], c
     FN(cga3d_half_line)(following, motor, reals + x, reals + y, sign);
   }
   if (kind == 3) {
-    FN(cga3d_half_circle)(following, motor, reals + x, reals + y, sign);
+    FN(cga3d_half_line)(following, motor, reals + x, reals + y, sign);
   }
   if (kind == 4) {
-    FN(cga3d_half_plane)(following, motor, reals + x, reals + y, sign);
+    FN(cga3d_half_circle)(following, motor, reals + x, reals + y, sign);
   }
   if (kind == 5) {
+    FN(cga3d_half_plane)(following, motor, reals + x, reals + y, sign);
+  }
+  if (kind == 6) {
     FN(cga3d_half_sphere)(following, motor, reals + x, reals + y, sign);
   }
   const int result = FN(is_finite)(following);

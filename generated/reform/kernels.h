@@ -2,7 +2,7 @@
  * Kernel bodies for one instance (precision and vector width). */
 
 /* cga3d_near_motor: (r ~r)^(-1/2) r: the motor next to any multivector on a motor's blades. 26 mul, 10 add, 3 other. */
-BS_INLINE void FN(cga3d_near_motor)(V *RESTRICT out, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_near_motor)(BS_APART(V, out, 8), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -29,7 +29,7 @@ BS_INLINE void FN(cga3d_near_motor)(V *RESTRICT out, const V *RESTRICT r_in)
 }
 
 /* cga3d_apart: Weighted square of how far two elements are apart, and the cosine of the angle between their directions. 11 mul, 11 add, 4 other. */
-BS_INLINE void FN(cga3d_apart)(V *RESTRICT square, V *RESTRICT cosine, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT weights_in, const V *RESTRICT whole_in, const V *RESTRICT other_in)
+BS_INLINE void FN(cga3d_apart)(BS_APART(V, square, 1), BS_APART(V, cosine, 1), BS_APART(const V, a_in, 7), BS_APART(const V, b_in, 7), BS_APART(const V, weights_in, 3), BS_APART(const V, whole_in, 1), BS_APART(const V, other_in, 1))
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -67,7 +67,7 @@ BS_INLINE void FN(cga3d_apart)(V *RESTRICT square, V *RESTRICT cosine, const V *
 }
 
 /* cga3d_stepped: The motor next to (1 + b) R: exp(b) R to first order in the twist b. 62 mul, 46 add, 3 other. */
-BS_INLINE void FN(cga3d_stepped)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_stepped)(BS_APART(V, out, 8), BS_APART(const V, r_in, 8), BS_APART(const V, b_in, 6))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -108,7 +108,7 @@ BS_INLINE void FN(cga3d_stepped)(V *RESTRICT out, const V *RESTRICT r_in, const 
 }
 
 /* cga3d_unseen: A motor from a frame about the position ``back`` to one about ``to`` as a motor of the world; the first 56 mul, 24 add, 32 other. */
-BS_INLINE void FN(cga3d_unseen)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT to_in, const V *RESTRICT back_in)
+BS_INLINE void FN(cga3d_unseen)(BS_APART(V, out, 8), BS_APART(const V, r_in, 8), BS_APART(const V, to_in, 3), BS_APART(const V, back_in, 3))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -175,7 +175,7 @@ BS_INLINE void FN(cga3d_unseen)(V *RESTRICT out, const V *RESTRICT r_in, const V
 }
 
 /* cga3d_unseen_twist: A twist of the frame about o as a twist of the world. 18 mul, 12 add. */
-BS_INLINE void FN(cga3d_unseen_twist)(V *RESTRICT out, const V *RESTRICT b_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_unseen_twist)(BS_APART(V, out, 6), BS_APART(const V, b_in, 6), BS_APART(const V, o_in, 3))
 {
   const V b_e12 = b_in[0];
   const V b_e13 = b_in[1];
@@ -201,7 +201,7 @@ BS_INLINE void FN(cga3d_unseen_twist)(V *RESTRICT out, const V *RESTRICT b_in, c
 }
 
 /* cga3d_change: Distance of the motor from one estimate to the next from the identity, whatever its sign: |R_s -+ 1|. 65 mul, 56 add, 3 other. */
-BS_INLINE void FN(cga3d_change)(V *RESTRICT change, const V *RESTRICT after_in, const V *RESTRICT before_in)
+BS_INLINE void FN(cga3d_change)(BS_APART(V, change, 1), BS_APART(const V, after_in, 8), BS_APART(const V, before_in, 8))
 {
   const V after_s = after_in[0];
   const V after_e12 = after_in[1];
@@ -246,8 +246,169 @@ BS_INLINE void FN(cga3d_change)(V *RESTRICT change, const V *RESTRICT after_in, 
   change[0] = t23;
 }
 
+/* cga3d_ends_apart: How far the segments a b and c d are from stretches of one line: the mean square of the distances of the ends of 63 mul, 61 add, 17 other. */
+BS_INLINE void FN(cga3d_ends_apart)(BS_APART(V, square, 1), BS_APART(V, out, 1), BS_APART(const V, a_in, 3), BS_APART(const V, b_in, 3), BS_APART(const V, c_in, 3), BS_APART(const V, d_in, 3))
+{
+  const V a_e1 = a_in[0];
+  const V a_e2 = a_in[1];
+  const V a_e3 = a_in[2];
+  const V b_e1 = b_in[0];
+  const V b_e2 = b_in[1];
+  const V b_e3 = b_in[2];
+  const V c_e1 = c_in[0];
+  const V c_e2 = c_in[1];
+  const V c_e3 = c_in[2];
+  const V d_e1 = d_in[0];
+  const V d_e2 = d_in[1];
+  const V d_e3 = d_in[2];
+  const V t0 = d_e1 - c_e1;
+  const V t1 = d_e2 - c_e2;
+  const V t2 = d_e3 - c_e3;
+  const V t3 = t0 * t0 + t1 * t1 + t2 * t2;
+  const V t4 = b_e1 - a_e1;
+  const V t5 = b_e2 - a_e2;
+  const V t6 = b_e3 - a_e3;
+  const V t7 = t4 * t4 + t5 * t5 + t6 * t6;
+  const M t8 = LT(t3, t7);
+  const V t9 = c_e1 - a_e1;
+  const V t10 = c_e2 - a_e2;
+  const V t11 = t5 * t9 - t4 * t10;
+  const V t12 = c_e3 - a_e3;
+  const V t13 = t6 * t9 - t4 * t12;
+  const V t14 = t6 * t10 - t5 * t12;
+  const V t15 = d_e1 - a_e1;
+  const V t16 = d_e2 - a_e2;
+  const V t17 = t5 * t15 - t4 * t16;
+  const V t18 = d_e3 - a_e3;
+  const V t19 = t6 * t15 - t4 * t18;
+  const V t20 = t6 * t16 - t5 * t18;
+  const V t21 = (t11 * t11 + t13 * t13 + t14 * t14) + (t17 * t17 + t19 * t19 + t20 * t20);
+  const V t22 = K(1.0) / (K(2.0) * t7);
+  const V t23 = a_e1 - c_e1;
+  const V t24 = a_e2 - c_e2;
+  const V t25 = t1 * t23 - t0 * t24;
+  const V t26 = a_e3 - c_e3;
+  const V t27 = t2 * t23 - t0 * t26;
+  const V t28 = t2 * t24 - t1 * t26;
+  const V t29 = b_e1 - c_e1;
+  const V t30 = b_e2 - c_e2;
+  const V t31 = t1 * t29 - t0 * t30;
+  const V t32 = b_e3 - c_e3;
+  const V t33 = t2 * t29 - t0 * t32;
+  const V t34 = t2 * t30 - t1 * t32;
+  const V t35 = (t25 * t25 + t27 * t27 + t28 * t28) + (t31 * t31 + t33 * t33 + t34 * t34);
+  const V t36 = K(1.0) / (K(2.0) * t3);
+  const V t37 = SELECT(t8, t21 * t22, t35 * t36);
+  const V t38 = SQRT(t7);
+  const V t39 = K(1.0) / t38;
+  const V t40 = SQRT(t3);
+  const V t41 = K(1.0) / t40;
+  const V t42 = SELECT(t8, t4 * t39, t0 * t41);
+  const V t43 = SELECT(t8, t5 * t39, t1 * t41);
+  const V t44 = SELECT(t8, t6 * t39, t2 * t41);
+  const V t45 = t42 * (((a_e1 + b_e1) - c_e1) - d_e1) + t43 * (((a_e2 + b_e2) - c_e2) - d_e2) + t44 * (((a_e3 + b_e3) - c_e3) - d_e3);
+  const V t46 = ABS(t45);
+  const V t47 = ABS(t4 * t42 + t5 * t43 + t6 * t44);
+  const V t48 = ABS(t0 * t42 + t1 * t43 + t2 * t44);
+  const V t49 = ABS(t47 - t48);
+  const V t50 = K(0.5) * t46 - K(0.5) * t49;
+  const M t51 = LT(SPLAT(0.0), t50);
+  const V t52 = SELECT(t51, t50, SPLAT(0.0));
+  square[0] = t37;
+  out[0] = t52;
+}
+
+/* cga3d_position_rates: `vector_rates` of the point at a position. 45 mul, 36 add. */
+BS_INLINE void FN(cga3d_position_rates)(BS_APART(V, moved, 3), BS_APART(V, rates, 18), BS_APART(const V, r_in, 8), BS_APART(const V, p_in, 3))
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e13 = r_in[2];
+  const V r_e1ni = r_in[3];
+  const V r_e23 = r_in[4];
+  const V r_e2ni = r_in[5];
+  const V r_e3ni = r_in[6];
+  const V r_e123ni = r_in[7];
+  const V p_e1 = p_in[0];
+  const V p_e2 = p_in[1];
+  const V p_e3 = p_in[2];
+  const V t0 = r_s * p_e1 + r_e12 * p_e2 + r_e13 * p_e3 - r_e1ni;
+  const V t1 = r_s * p_e2 - r_e12 * p_e1 + r_e23 * p_e3 - r_e2ni;
+  const V t2 = r_s * p_e3 - r_e13 * p_e1 - r_e23 * p_e2 - r_e3ni;
+  const V t3 = r_e12 * p_e3 - r_e13 * p_e2 + r_e23 * p_e1 - r_e123ni;
+  const V t4 = r_s * t0 + r_e12 * t1 + r_e13 * t2 - r_s * r_e1ni + r_e23 * t3 - r_e12 * r_e2ni - r_e13 * r_e3ni - r_e23 * r_e123ni;
+  const V t5 = r_s * t1 - r_e12 * t0 + r_e23 * t2 - r_s * r_e2ni - r_e13 * t3 + r_e12 * r_e1ni + r_e13 * r_e123ni - r_e23 * r_e3ni;
+  const V t6 = r_s * t2 - r_e13 * t0 - r_e23 * t1 - r_s * r_e3ni + r_e12 * t3 - r_e12 * r_e123ni + r_e13 * r_e1ni + r_e23 * r_e2ni;
+  const V t7 = -K(2.0) * t4;
+  const V t8 = K(2.0) * t6;
+  const V t9 = -K(2.0) * (r_s * r_s + r_e12 * r_e12 + r_e13 * r_e13 + r_e23 * r_e23);
+  moved[0] = t4;
+  moved[1] = t5;
+  moved[2] = t6;
+  rates[0] = K(2.0) * t5;
+  rates[1] = t7;
+  rates[2] = SPLAT(0.0);
+  rates[3] = t8;
+  rates[4] = SPLAT(0.0);
+  rates[5] = t7;
+  rates[6] = t9;
+  rates[7] = SPLAT(0.0);
+  rates[8] = SPLAT(0.0);
+  rates[9] = SPLAT(0.0);
+  rates[10] = t8;
+  rates[11] = -K(2.0) * t5;
+  rates[12] = SPLAT(0.0);
+  rates[13] = t9;
+  rates[14] = SPLAT(0.0);
+  rates[15] = SPLAT(0.0);
+  rates[16] = SPLAT(0.0);
+  rates[17] = t9;
+}
+
+/* cga3d_direction_rates: Coordinates of R x ~R for a point or a direction x, and their rates (6 x 3) by b in exp(b) R. 28 mul, 17 add. */
+BS_INLINE void FN(cga3d_direction_rates)(BS_APART(V, moved, 3), BS_APART(V, rates, 18), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 3))
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e13 = r_in[2];
+  const V r_e23 = r_in[4];
+  const V x_e1 = x_in[0];
+  const V x_e2 = x_in[1];
+  const V x_e3 = x_in[2];
+  const V t0 = r_s * x_e1 + r_e12 * x_e2 + r_e13 * x_e3;
+  const V t1 = r_s * x_e2 - r_e12 * x_e1 + r_e23 * x_e3;
+  const V t2 = r_s * x_e3 - r_e13 * x_e1 - r_e23 * x_e2;
+  const V t3 = r_e12 * x_e3 - r_e13 * x_e2 + r_e23 * x_e1;
+  const V t4 = r_s * t0 + r_e12 * t1 + r_e13 * t2 + r_e23 * t3;
+  const V t5 = r_s * t1 - r_e12 * t0 + r_e23 * t2 - r_e13 * t3;
+  const V t6 = r_s * t2 - r_e13 * t0 - r_e23 * t1 + r_e12 * t3;
+  const V t7 = -K(2.0) * t4;
+  const V t8 = K(2.0) * t6;
+  moved[0] = t4;
+  moved[1] = t5;
+  moved[2] = t6;
+  rates[0] = K(2.0) * t5;
+  rates[1] = t7;
+  rates[2] = SPLAT(0.0);
+  rates[3] = t8;
+  rates[4] = SPLAT(0.0);
+  rates[5] = t7;
+  rates[6] = SPLAT(0.0);
+  rates[7] = SPLAT(0.0);
+  rates[8] = SPLAT(0.0);
+  rates[9] = SPLAT(0.0);
+  rates[10] = t8;
+  rates[11] = -K(2.0) * t5;
+  rates[12] = SPLAT(0.0);
+  rates[13] = SPLAT(0.0);
+  rates[14] = SPLAT(0.0);
+  rates[15] = SPLAT(0.0);
+  rates[16] = SPLAT(0.0);
+  rates[17] = SPLAT(0.0);
+}
+
 /* cga3d_element_point: Position (3), direction (3) and radius (1): of flats the point nearest to the origin; zeros for what is not. 0 mul, 0 add. */
-BS_INLINE void FN(cga3d_element_point)(V *RESTRICT element, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_element_point)(BS_APART(V, element, 7), BS_APART(const V, x_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -262,7 +423,7 @@ BS_INLINE void FN(cga3d_element_point)(V *RESTRICT element, const V *RESTRICT x_
 }
 
 /* cga3d_seen_point: Coefficients of an object, on its own blades, as seen from the position o: `local.inward`. 16 mul, 8 add, 9 other. */
-BS_INLINE void FN(cga3d_seen_point)(V *RESTRICT seen, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_seen_point)(BS_APART(V, seen, 5), BS_APART(const V, x_in, 5), BS_APART(const V, o_in, 3))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -294,7 +455,7 @@ BS_INLINE void FN(cga3d_seen_point)(V *RESTRICT seen, const V *RESTRICT x_in, co
 }
 
 /* cga3d_rates_point: `cost_rates` of R x ~R and y. 105 mul, 62 add. */
-BS_INLINE void FN(cga3d_rates_point)(V *RESTRICT cost, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_rates_point)(BS_APART(V, cost, 1), BS_APART(V, gradient, 6), BS_APART(V, matrix, 21), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -374,7 +535,7 @@ BS_INLINE void FN(cga3d_rates_point)(V *RESTRICT cost, V *RESTRICT gradient, V *
 }
 
 /* cga3d_moved_point: `element` of R x ~R. 44 mul, 33 add. */
-BS_INLINE void FN(cga3d_moved_point)(V *RESTRICT element, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_moved_point)(BS_APART(V, element, 7), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -409,7 +570,7 @@ BS_INLINE void FN(cga3d_moved_point)(V *RESTRICT element, const V *RESTRICT r_in
 }
 
 /* cga3d_form_point: Coefficients A_kl, k <= l, of the quadratic form |R X - Y R|^2 in R, for the carriers X of x, Y of (sign) y. 84 mul, 56 add. */
-BS_INLINE void FN(cga3d_form_point)(V *RESTRICT form, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT sign_in)
+BS_INLINE void FN(cga3d_form_point)(BS_APART(V, form, 36), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5), BS_APART(const V, sign_in, 1))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -493,7 +654,7 @@ BS_INLINE void FN(cga3d_form_point)(V *RESTRICT form, const V *RESTRICT x_in, co
 }
 
 /* cga3d_off_position: |p - a|^2 for a position p, half its gradient by p, and half its second rates (upper half). 3 mul, 5 add. */
-BS_INLINE void FN(cga3d_off_position)(V *RESTRICT square, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT p_in, const V *RESTRICT a_in)
+BS_INLINE void FN(cga3d_off_position)(BS_APART(V, square, 1), BS_APART(V, gradient, 3), BS_APART(V, matrix, 6), BS_APART(const V, p_in, 3), BS_APART(const V, a_in, 7))
 {
   const V p_e1 = p_in[0];
   const V p_e2 = p_in[1];
@@ -517,7 +678,7 @@ BS_INLINE void FN(cga3d_off_position)(V *RESTRICT square, V *RESTRICT gradient, 
 }
 
 /* cga3d_half_point: sqrt(R_m) R, where R_m takes R x ~R to (sign) y: half the way. NaN where they face each other. 103 mul, 51 add, 4 other. */
-BS_INLINE void FN(cga3d_half_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT sign_in)
+BS_INLINE void FN(cga3d_half_point)(BS_APART(V, out, 8), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5), BS_APART(const V, sign_in, 1))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -573,7 +734,7 @@ BS_INLINE void FN(cga3d_half_point)(V *RESTRICT out, const V *RESTRICT r_in, con
 }
 
 /* cga3d_half_two_point: The same for x with y, points or spheres, whose axes lead to the centers of another pair x2, y2. 432 mul, 202 add, 25 other. */
-BS_INLINE void FN(cga3d_half_two_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT x2_in, const V *RESTRICT y2_in)
+BS_INLINE void FN(cga3d_half_two_point)(BS_APART(V, out, 8), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5), BS_APART(const V, x2_in, 5), BS_APART(const V, y2_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -726,7 +887,7 @@ BS_INLINE void FN(cga3d_half_two_point)(V *RESTRICT out, const V *RESTRICT r_in,
 }
 
 /* cga3d_element_point_pair: Position (3), direction (3) and radius (1): of flats the point nearest to the origin; zeros for what is not. 18 mul, 8 add, 6 other. */
-BS_INLINE void FN(cga3d_element_point_pair)(V *RESTRICT element, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_element_point_pair)(BS_APART(V, element, 7), BS_APART(const V, x_in, 10))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -752,7 +913,7 @@ BS_INLINE void FN(cga3d_element_point_pair)(V *RESTRICT element, const V *RESTRI
 }
 
 /* cga3d_seen_point_pair: Coefficients of an object, on its own blades, as seen from the position o: `local.inward`. 145 mul, 91 add, 48 other. */
-BS_INLINE void FN(cga3d_seen_point_pair)(V *RESTRICT seen, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_seen_point_pair)(BS_APART(V, seen, 10), BS_APART(const V, x_in, 10), BS_APART(const V, o_in, 3))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -869,7 +1030,7 @@ BS_INLINE void FN(cga3d_seen_point_pair)(V *RESTRICT seen, const V *RESTRICT x_i
 }
 
 /* cga3d_rates_point_pair: `cost_rates` of R x ~R and y. 2928 mul, 2045 add, 37 other. */
-BS_INLINE void FN(cga3d_rates_point_pair)(V *RESTRICT cost, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_rates_point_pair)(BS_APART(V, cost, 1), BS_APART(V, gradient, 6), BS_APART(V, matrix, 21), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 10))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1786,7 +1947,7 @@ BS_INLINE void FN(cga3d_rates_point_pair)(V *RESTRICT cost, V *RESTRICT gradient
 }
 
 /* cga3d_moved_point_pair: `element` of R x ~R. 102 mul, 85 add, 6 other. */
-BS_INLINE void FN(cga3d_moved_point_pair)(V *RESTRICT element, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_moved_point_pair)(BS_APART(V, element, 7), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 10))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1847,7 +2008,7 @@ BS_INLINE void FN(cga3d_moved_point_pair)(V *RESTRICT element, const V *RESTRICT
 }
 
 /* cga3d_form_point_pair: Coefficients A_kl, k <= l, of the quadratic form |R X - Y R|^2 in R, for the carriers X of x, Y of (sign) y. 317 mul, 205 add, 11 other. */
-BS_INLINE void FN(cga3d_form_point_pair)(V *RESTRICT form, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT sign_in)
+BS_INLINE void FN(cga3d_form_point_pair)(BS_APART(V, form, 36), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 10), BS_APART(const V, sign_in, 1))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -2023,7 +2184,7 @@ BS_INLINE void FN(cga3d_form_point_pair)(V *RESTRICT form, const V *RESTRICT x_i
 }
 
 /* cga3d_half_point_pair: sqrt(R_m) R, where R_m takes R x ~R to (sign) y: half the way. NaN where they face each other. 456 mul, 208 add, 27 other. */
-BS_INLINE void FN(cga3d_half_point_pair)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT sign_in)
+BS_INLINE void FN(cga3d_half_point_pair)(BS_APART(V, out, 8), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 10), BS_APART(const V, sign_in, 1))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -2186,7 +2347,7 @@ BS_INLINE void FN(cga3d_half_point_pair)(V *RESTRICT out, const V *RESTRICT r_in
 }
 
 /* cga3d_element_line: Position (3), direction (3) and radius (1): of flats the point nearest to the origin; zeros for what is not. 12 mul, 5 add, 1 other. */
-BS_INLINE void FN(cga3d_element_line)(V *RESTRICT element, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_element_line)(BS_APART(V, element, 7), BS_APART(const V, x_in, 6))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -2205,7 +2366,7 @@ BS_INLINE void FN(cga3d_element_line)(V *RESTRICT element, const V *RESTRICT x_i
 }
 
 /* cga3d_seen_line: Coefficients of an object, on its own blades, as seen from the position o: `local.inward`. 39 mul, 19 add, 15 other. */
-BS_INLINE void FN(cga3d_seen_line)(V *RESTRICT seen, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_seen_line)(BS_APART(V, seen, 6), BS_APART(const V, x_in, 6), BS_APART(const V, o_in, 3))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -2248,7 +2409,7 @@ BS_INLINE void FN(cga3d_seen_line)(V *RESTRICT seen, const V *RESTRICT x_in, con
 }
 
 /* cga3d_rates_line: `cost_rates` of R x ~R and y. 667 mul, 412 add, 11 other. */
-BS_INLINE void FN(cga3d_rates_line)(V *RESTRICT cost, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_rates_line)(BS_APART(V, cost, 1), BS_APART(V, gradient, 6), BS_APART(V, matrix, 21), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 6))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -2586,7 +2747,7 @@ BS_INLINE void FN(cga3d_rates_line)(V *RESTRICT cost, V *RESTRICT gradient, V *R
 }
 
 /* cga3d_moved_line: `element` of R x ~R. 84 mul, 63 add, 1 other. */
-BS_INLINE void FN(cga3d_moved_line)(V *RESTRICT element, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_moved_line)(BS_APART(V, element, 7), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 6))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -2627,7 +2788,7 @@ BS_INLINE void FN(cga3d_moved_line)(V *RESTRICT element, const V *RESTRICT r_in,
 }
 
 /* cga3d_form_line: Coefficients A_kl, k <= l, of the quadratic form |R X - Y R|^2 in R, for the carriers X of x, Y of (sign) y. 178 mul, 92 add. */
-BS_INLINE void FN(cga3d_form_line)(V *RESTRICT form, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT sign_in)
+BS_INLINE void FN(cga3d_form_line)(BS_APART(V, form, 36), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 6), BS_APART(const V, sign_in, 1))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -2723,7 +2884,7 @@ BS_INLINE void FN(cga3d_form_line)(V *RESTRICT form, const V *RESTRICT x_in, con
 }
 
 /* cga3d_off_line: The square of the distance of p from the line of an element, half its gradient by p, half its second rates. 21 mul, 14 add. */
-BS_INLINE void FN(cga3d_off_line)(V *RESTRICT square, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT p_in, const V *RESTRICT a_in)
+BS_INLINE void FN(cga3d_off_line)(BS_APART(V, square, 1), BS_APART(V, gradient, 3), BS_APART(V, matrix, 6), BS_APART(const V, p_in, 3), BS_APART(const V, a_in, 7))
 {
   const V p_e1 = p_in[0];
   const V p_e2 = p_in[1];
@@ -2756,7 +2917,7 @@ BS_INLINE void FN(cga3d_off_line)(V *RESTRICT square, V *RESTRICT gradient, V *R
 }
 
 /* cga3d_half_line: sqrt(R_m) R, where R_m takes R x ~R to (sign) y: half the way. NaN where they face each other. 249 mul, 135 add, 13 other. */
-BS_INLINE void FN(cga3d_half_line)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT sign_in)
+BS_INLINE void FN(cga3d_half_line)(BS_APART(V, out, 8), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 6), BS_APART(const V, sign_in, 1))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -2859,7 +3020,7 @@ BS_INLINE void FN(cga3d_half_line)(V *RESTRICT out, const V *RESTRICT r_in, cons
 }
 
 /* cga3d_element_circle: Position (3), direction (3) and radius (1): of flats the point nearest to the origin; zeros for what is not. 18 mul, 10 add, 8 other. */
-BS_INLINE void FN(cga3d_element_circle)(V *RESTRICT element, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_element_circle)(BS_APART(V, element, 7), BS_APART(const V, x_in, 10))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -2890,7 +3051,7 @@ BS_INLINE void FN(cga3d_element_circle)(V *RESTRICT element, const V *RESTRICT x
 }
 
 /* cga3d_seen_circle: Coefficients of an object, on its own blades, as seen from the position o: `local.inward`. 145 mul, 97 add, 54 other. */
-BS_INLINE void FN(cga3d_seen_circle)(V *RESTRICT seen, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_seen_circle)(BS_APART(V, seen, 10), BS_APART(const V, x_in, 10), BS_APART(const V, o_in, 3))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -3016,7 +3177,7 @@ BS_INLINE void FN(cga3d_seen_circle)(V *RESTRICT seen, const V *RESTRICT x_in, c
 }
 
 /* cga3d_rates_circle: `cost_rates` of R x ~R and y. 2928 mul, 2045 add, 37 other. */
-BS_INLINE void FN(cga3d_rates_circle)(V *RESTRICT cost, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_rates_circle)(BS_APART(V, cost, 1), BS_APART(V, gradient, 6), BS_APART(V, matrix, 21), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 10))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -3933,7 +4094,7 @@ BS_INLINE void FN(cga3d_rates_circle)(V *RESTRICT cost, V *RESTRICT gradient, V 
 }
 
 /* cga3d_moved_circle: `element` of R x ~R. 102 mul, 87 add, 8 other. */
-BS_INLINE void FN(cga3d_moved_circle)(V *RESTRICT element, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_moved_circle)(BS_APART(V, element, 7), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 10))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -3999,7 +4160,7 @@ BS_INLINE void FN(cga3d_moved_circle)(V *RESTRICT element, const V *RESTRICT r_i
 }
 
 /* cga3d_form_circle: Coefficients A_kl, k <= l, of the quadratic form |R X - Y R|^2 in R, for the carriers X of x, Y of (sign) y. 317 mul, 205 add, 11 other. */
-BS_INLINE void FN(cga3d_form_circle)(V *RESTRICT form, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT sign_in)
+BS_INLINE void FN(cga3d_form_circle)(BS_APART(V, form, 36), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 10), BS_APART(const V, sign_in, 1))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -4175,7 +4336,7 @@ BS_INLINE void FN(cga3d_form_circle)(V *RESTRICT form, const V *RESTRICT x_in, c
 }
 
 /* cga3d_half_circle: sqrt(R_m) R, where R_m takes R x ~R to (sign) y: half the way. NaN where they face each other. 456 mul, 208 add, 27 other. */
-BS_INLINE void FN(cga3d_half_circle)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT sign_in)
+BS_INLINE void FN(cga3d_half_circle)(BS_APART(V, out, 8), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 10), BS_APART(const V, sign_in, 1))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -4338,7 +4499,7 @@ BS_INLINE void FN(cga3d_half_circle)(V *RESTRICT out, const V *RESTRICT r_in, co
 }
 
 /* cga3d_element_plane: Position (3), direction (3) and radius (1): of flats the point nearest to the origin; zeros for what is not. 9 mul, 2 add, 1 other. */
-BS_INLINE void FN(cga3d_element_plane)(V *RESTRICT element, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_element_plane)(BS_APART(V, element, 7), BS_APART(const V, x_in, 4))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -4355,7 +4516,7 @@ BS_INLINE void FN(cga3d_element_plane)(V *RESTRICT element, const V *RESTRICT x_
 }
 
 /* cga3d_seen_plane: Coefficients of an object, on its own blades, as seen from the position o: `local.inward`. 16 mul, 8 add, 10 other. */
-BS_INLINE void FN(cga3d_seen_plane)(V *RESTRICT seen, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_seen_plane)(BS_APART(V, seen, 4), BS_APART(const V, x_in, 4), BS_APART(const V, o_in, 3))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -4385,7 +4546,7 @@ BS_INLINE void FN(cga3d_seen_plane)(V *RESTRICT seen, const V *RESTRICT x_in, co
 }
 
 /* cga3d_rates_plane: `cost_rates` of R x ~R and y. 465 mul, 250 add, 13 other. */
-BS_INLINE void FN(cga3d_rates_plane)(V *RESTRICT cost, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_rates_plane)(BS_APART(V, cost, 1), BS_APART(V, gradient, 6), BS_APART(V, matrix, 21), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -4640,7 +4801,7 @@ BS_INLINE void FN(cga3d_rates_plane)(V *RESTRICT cost, V *RESTRICT gradient, V *
 }
 
 /* cga3d_moved_plane: `element` of R x ~R. 57 mul, 38 add, 1 other. */
-BS_INLINE void FN(cga3d_moved_plane)(V *RESTRICT element, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_moved_plane)(BS_APART(V, element, 7), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -4677,7 +4838,7 @@ BS_INLINE void FN(cga3d_moved_plane)(V *RESTRICT element, const V *RESTRICT r_in
 }
 
 /* cga3d_form_plane: Coefficients A_kl, k <= l, of the quadratic form |R X - Y R|^2 in R, for the carriers X of x, Y of (sign) y. 90 mul, 46 add. */
-BS_INLINE void FN(cga3d_form_plane)(V *RESTRICT form, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT sign_in)
+BS_INLINE void FN(cga3d_form_plane)(BS_APART(V, form, 36), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4), BS_APART(const V, sign_in, 1))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -4763,7 +4924,7 @@ BS_INLINE void FN(cga3d_form_plane)(V *RESTRICT form, const V *RESTRICT x_in, co
 }
 
 /* cga3d_off_plane: The square of the distance of p from the plane of an element, half its gradient by p, half its second rates. 13 mul, 5 add. */
-BS_INLINE void FN(cga3d_off_plane)(V *RESTRICT square, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT p_in, const V *RESTRICT a_in)
+BS_INLINE void FN(cga3d_off_plane)(BS_APART(V, square, 1), BS_APART(V, gradient, 3), BS_APART(V, matrix, 6), BS_APART(const V, p_in, 3), BS_APART(const V, a_in, 7))
 {
   const V p_e1 = p_in[0];
   const V p_e2 = p_in[1];
@@ -4788,7 +4949,7 @@ BS_INLINE void FN(cga3d_off_plane)(V *RESTRICT square, V *RESTRICT gradient, V *
 }
 
 /* cga3d_half_plane: sqrt(R_m) R, where R_m takes R x ~R to (sign) y: half the way. NaN where they face each other. 152 mul, 89 add, 14 other. */
-BS_INLINE void FN(cga3d_half_plane)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT sign_in)
+BS_INLINE void FN(cga3d_half_plane)(BS_APART(V, out, 8), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4), BS_APART(const V, sign_in, 1))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -4870,7 +5031,7 @@ BS_INLINE void FN(cga3d_half_plane)(V *RESTRICT out, const V *RESTRICT r_in, con
 }
 
 /* cga3d_element_sphere: Position (3), direction (3) and radius (1): of flats the point nearest to the origin; zeros for what is not. 4 mul, 0 add, 7 other. */
-BS_INLINE void FN(cga3d_element_sphere)(V *RESTRICT element, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_element_sphere)(BS_APART(V, element, 7), BS_APART(const V, x_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e12noni = x_in[2];
@@ -4894,7 +5055,7 @@ BS_INLINE void FN(cga3d_element_sphere)(V *RESTRICT element, const V *RESTRICT x
 }
 
 /* cga3d_seen_sphere: Coefficients of an object, on its own blades, as seen from the position o: `local.inward`. 45 mul, 28 add, 35 other. */
-BS_INLINE void FN(cga3d_seen_sphere)(V *RESTRICT seen, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_seen_sphere)(BS_APART(V, seen, 5), BS_APART(const V, x_in, 5), BS_APART(const V, o_in, 3))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -4962,7 +5123,7 @@ BS_INLINE void FN(cga3d_seen_sphere)(V *RESTRICT seen, const V *RESTRICT x_in, c
 }
 
 /* cga3d_rates_sphere: `cost_rates` of R x ~R and y. 1073 mul, 659 add, 13 other. */
-BS_INLINE void FN(cga3d_rates_sphere)(V *RESTRICT cost, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_rates_sphere)(BS_APART(V, cost, 1), BS_APART(V, gradient, 6), BS_APART(V, matrix, 21), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -5366,7 +5527,7 @@ BS_INLINE void FN(cga3d_rates_sphere)(V *RESTRICT cost, V *RESTRICT gradient, V 
 }
 
 /* cga3d_moved_sphere: `element` of R x ~R. 52 mul, 36 add, 7 other. */
-BS_INLINE void FN(cga3d_moved_sphere)(V *RESTRICT element, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_moved_sphere)(BS_APART(V, element, 7), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -5410,7 +5571,7 @@ BS_INLINE void FN(cga3d_moved_sphere)(V *RESTRICT element, const V *RESTRICT r_i
 }
 
 /* cga3d_form_sphere: Coefficients A_kl, k <= l, of the quadratic form |R X - Y R|^2 in R, for the carriers X of x, Y of (sign) y. 97 mul, 59 add, 9 other. */
-BS_INLINE void FN(cga3d_form_sphere)(V *RESTRICT form, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT sign_in)
+BS_INLINE void FN(cga3d_form_sphere)(BS_APART(V, form, 36), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5), BS_APART(const V, sign_in, 1))
 {
   const V x_e123no = x_in[0];
   const V x_e12noni = x_in[2];
@@ -5507,7 +5668,7 @@ BS_INLINE void FN(cga3d_form_sphere)(V *RESTRICT form, const V *RESTRICT x_in, c
 }
 
 /* cga3d_half_sphere: sqrt(R_m) R, where R_m takes R x ~R to (sign) y: half the way. NaN where they face each other. 101 mul, 51 add, 13 other. */
-BS_INLINE void FN(cga3d_half_sphere)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT sign_in)
+BS_INLINE void FN(cga3d_half_sphere)(BS_APART(V, out, 8), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5), BS_APART(const V, sign_in, 1))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -5574,7 +5735,7 @@ BS_INLINE void FN(cga3d_half_sphere)(V *RESTRICT out, const V *RESTRICT r_in, co
 }
 
 /* cga3d_half_two_sphere: The same for x with y, points or spheres, whose axes lead to the centers of another pair x2, y2. 444 mul, 202 add, 41 other. */
-BS_INLINE void FN(cga3d_half_two_sphere)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in, const V *RESTRICT x2_in, const V *RESTRICT y2_in)
+BS_INLINE void FN(cga3d_half_two_sphere)(BS_APART(V, out, 8), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5), BS_APART(const V, x2_in, 5), BS_APART(const V, y2_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -5763,7 +5924,7 @@ BS_INLINE void FN(cga3d_half_two_sphere)(V *RESTRICT out, const V *RESTRICT r_in
 }
 
 /* cga3d_invariants_point_point: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 3 mul, 5 add, 1 other. */
-BS_INLINE void FN(cga3d_invariants_point_point)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_point_point)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -5782,7 +5943,7 @@ BS_INLINE void FN(cga3d_invariants_point_point)(V *RESTRICT invariants, const V 
 }
 
 /* cga3d_invariants_point_point_pair: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 24 mul, 15 add, 8 other. */
-BS_INLINE void FN(cga3d_invariants_point_point_pair)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_point_point_pair)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 10))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -5813,7 +5974,7 @@ BS_INLINE void FN(cga3d_invariants_point_point_pair)(V *RESTRICT invariants, con
 }
 
 /* cga3d_invariants_point_line: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 9 mul, 8 add, 2 other. */
-BS_INLINE void FN(cga3d_invariants_point_line)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_point_line)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 6))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -5836,7 +5997,7 @@ BS_INLINE void FN(cga3d_invariants_point_line)(V *RESTRICT invariants, const V *
 }
 
 /* cga3d_invariants_point_circle: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 24 mul, 15 add, 8 other. */
-BS_INLINE void FN(cga3d_invariants_point_circle)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_point_circle)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 10))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -5867,7 +6028,7 @@ BS_INLINE void FN(cga3d_invariants_point_circle)(V *RESTRICT invariants, const V
 }
 
 /* cga3d_invariants_point_plane: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 3 mul, 3 add, 1 other. */
-BS_INLINE void FN(cga3d_invariants_point_plane)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_point_plane)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 4))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -5884,7 +6045,7 @@ BS_INLINE void FN(cga3d_invariants_point_plane)(V *RESTRICT invariants, const V 
 }
 
 /* cga3d_invariants_point_sphere: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 6 mul, 5 add, 6 other. */
-BS_INLINE void FN(cga3d_invariants_point_sphere)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_point_sphere)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -5910,7 +6071,7 @@ BS_INLINE void FN(cga3d_invariants_point_sphere)(V *RESTRICT invariants, const V
 }
 
 /* cga3d_invariants_point_pair_point_pair: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 48 mul, 27 add, 14 other. */
-BS_INLINE void FN(cga3d_invariants_point_pair_point_pair)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_point_pair_point_pair)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 10))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -5958,7 +6119,7 @@ BS_INLINE void FN(cga3d_invariants_point_pair_point_pair)(V *RESTRICT invariants
 }
 
 /* cga3d_invariants_point_pair_line: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 43 mul, 26 add, 10 other. */
-BS_INLINE void FN(cga3d_invariants_point_pair_line)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_point_pair_line)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 6))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -6002,7 +6163,7 @@ BS_INLINE void FN(cga3d_invariants_point_pair_line)(V *RESTRICT invariants, cons
 }
 
 /* cga3d_invariants_point_pair_circle: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 48 mul, 27 add, 14 other. */
-BS_INLINE void FN(cga3d_invariants_point_pair_circle)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_point_pair_circle)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 10))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -6050,7 +6211,7 @@ BS_INLINE void FN(cga3d_invariants_point_pair_circle)(V *RESTRICT invariants, co
 }
 
 /* cga3d_invariants_point_pair_plane: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 24 mul, 13 add, 7 other. */
-BS_INLINE void FN(cga3d_invariants_point_pair_plane)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_point_pair_plane)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 4))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -6080,7 +6241,7 @@ BS_INLINE void FN(cga3d_invariants_point_pair_plane)(V *RESTRICT invariants, con
 }
 
 /* cga3d_invariants_point_pair_sphere: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 27 mul, 15 add, 12 other. */
-BS_INLINE void FN(cga3d_invariants_point_pair_sphere)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_point_pair_sphere)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 5))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -6117,7 +6278,7 @@ BS_INLINE void FN(cga3d_invariants_point_pair_sphere)(V *RESTRICT invariants, co
 }
 
 /* cga3d_invariants_line_line: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 10 mul, 7 add, 2 other. */
-BS_INLINE void FN(cga3d_invariants_line_line)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_line_line)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 6))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -6142,7 +6303,7 @@ BS_INLINE void FN(cga3d_invariants_line_line)(V *RESTRICT invariants, const V *R
 }
 
 /* cga3d_invariants_line_circle: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 43 mul, 26 add, 10 other. */
-BS_INLINE void FN(cga3d_invariants_line_circle)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_line_circle)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 10))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -6186,7 +6347,7 @@ BS_INLINE void FN(cga3d_invariants_line_circle)(V *RESTRICT invariants, const V 
 }
 
 /* cga3d_invariants_line_plane: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 3 mul, 2 add. */
-BS_INLINE void FN(cga3d_invariants_line_plane)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_line_plane)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 4))
 {
   const V x_e1noni = x_in[2];
   const V x_e2noni = x_in[4];
@@ -6201,7 +6362,7 @@ BS_INLINE void FN(cga3d_invariants_line_plane)(V *RESTRICT invariants, const V *
 }
 
 /* cga3d_invariants_line_sphere: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 12 mul, 8 add, 7 other. */
-BS_INLINE void FN(cga3d_invariants_line_sphere)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_line_sphere)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 5))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -6234,7 +6395,7 @@ BS_INLINE void FN(cga3d_invariants_line_sphere)(V *RESTRICT invariants, const V 
 }
 
 /* cga3d_invariants_circle_circle: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 48 mul, 27 add, 14 other. */
-BS_INLINE void FN(cga3d_invariants_circle_circle)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_circle_circle)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 10))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -6282,7 +6443,7 @@ BS_INLINE void FN(cga3d_invariants_circle_circle)(V *RESTRICT invariants, const 
 }
 
 /* cga3d_invariants_circle_plane: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 24 mul, 13 add, 7 other. */
-BS_INLINE void FN(cga3d_invariants_circle_plane)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_circle_plane)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 4))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -6314,7 +6475,7 @@ BS_INLINE void FN(cga3d_invariants_circle_plane)(V *RESTRICT invariants, const V
 }
 
 /* cga3d_invariants_circle_sphere: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 27 mul, 15 add, 12 other. */
-BS_INLINE void FN(cga3d_invariants_circle_sphere)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_circle_sphere)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 5))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -6351,7 +6512,7 @@ BS_INLINE void FN(cga3d_invariants_circle_sphere)(V *RESTRICT invariants, const 
 }
 
 /* cga3d_invariants_plane_plane: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 3 mul, 2 add. */
-BS_INLINE void FN(cga3d_invariants_plane_plane)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_plane_plane)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_e12noni = x_in[1];
   const V x_e13noni = x_in[2];
@@ -6366,7 +6527,7 @@ BS_INLINE void FN(cga3d_invariants_plane_plane)(V *RESTRICT invariants, const V 
 }
 
 /* cga3d_invariants_plane_sphere: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 6 mul, 3 add, 6 other. */
-BS_INLINE void FN(cga3d_invariants_plane_sphere)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_plane_sphere)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 5))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -6391,7 +6552,7 @@ BS_INLINE void FN(cga3d_invariants_plane_sphere)(V *RESTRICT invariants, const V
 }
 
 /* cga3d_invariants_sphere_sphere: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 9 mul, 5 add, 10 other. */
-BS_INLINE void FN(cga3d_invariants_sphere_sphere)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_invariants_sphere_sphere)(BS_APART(V, invariants, 4), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e12noni = x_in[2];

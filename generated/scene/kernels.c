@@ -10,24 +10,13 @@
 /* What this scene is made of: EACH(number, name, parameters, constants of a row). */
 #define BS_SCENE_KINDS(EACH) EACH(0, plane, 4, 4) EACH(1, sphere, 4, 4) EACH(2, disc, 7, 7) EACH(3, facet, 9, 9) EACH(4, smooth_facet, 18, 18) EACH(5, evolved_circles_1, 35, 65) EACH(6, evolved_circles_2, 45, 111) EACH(7, evolved_circles_3, 55, 157) EACH(8, evolved_point_pairs_1, 35, 69) EACH(9, evolved_point_pairs_2, 45, 115) EACH(10, evolved_point_pairs_3, 55, 161)
 #define BS_SCENE_PICTURES 1
-#define BS_SCENE_LAYERS 1
-#define BS_SCENE_REFLECTION 1
-#define BS_SCENE_CHECKER 1
+#define BS_SCENE_LINES 1
 #define BS_SCENE_TREE 1
-#define BS_SCENE_BOXES 1
-#define BS_SCENE_ISOLATE 1
-#define BS_SCENE_COMPANION 1
-#define BS_SCENE_SAMPLED 1
-#define BS_SCENE_ROOTS 32 /* of one ray and one row, at most */
 #ifndef BS_SCENE_APART
 #define BS_SCENE_APART 0 /* 1: what takes long is compiled by itself, and linked */
 #endif
 #include "scene_common.h"
-/* Material */
-enum { BS_MATERIAL_COLOR = 0, BS_MATERIAL_AMBIENT = 3, BS_MATERIAL_DIFFUSE = 4, BS_MATERIAL_SPECULAR = 5, BS_MATERIAL_SHININESS = 6, BS_MATERIAL_REFLECTIVITY = 7, BS_MATERIAL_SECOND = 8, BS_MATERIAL_ACROSS = 11, BS_MATERIAL_SIZE = 17 };
-/* Light */
-enum { BS_LIGHT_POSITION = 0, BS_LIGHT_COLOR = 3, BS_LIGHT_SIZE = 6 };
-#include "scene_apart.h"
+#include "scene_layouts.h"
 
 #define BS_BITS 64
 #define BS_BYTES 0
@@ -35,73 +24,19 @@ enum { BS_LIGHT_POSITION = 0, BS_LIGHT_COLOR = 3, BS_LIGHT_SIZE = 6 };
 #include "instance.h"
 #include "elementary.h"
 #include "kernels.h"
-#include "scene_ray.h"
-#include "scene_plane.h"
-#include "scene_sphere.h"
-#include "scene_disc.h"
-#include "scene_facet.h"
-#include "scene_smooth_facet.h"
+#include "loops.h"
+#include "scene_hits.h"
 #if BS_SCENE_APART
-BS_APART_KIND(evolved_circles_1)
+#include "surface_declarations.h"
 #else
-#define BS_MEMBER evolved_circles_1
-#define BS_SUFFIX 1
-#define BS_DEGREE 1
-#define BS_FREE 0
-#include "scene_evolved.h"
+#include "surface_functions.h"
 #endif
-#if BS_SCENE_APART
-BS_APART_KIND(evolved_circles_2)
-#else
-#define BS_MEMBER evolved_circles_2
-#define BS_SUFFIX 2
-#define BS_DEGREE 2
-#define BS_FREE 0
-#include "scene_evolved.h"
+#include "scene_scale.h"
+#if BS_SCENE_TREE
+#include "scene_tree.h"
 #endif
-#if BS_SCENE_APART
-BS_APART_KIND(evolved_circles_3)
-#else
-#define BS_MEMBER evolved_circles_3
-#define BS_SUFFIX 3
-#define BS_DEGREE 3
-#define BS_FREE 0
-#include "scene_evolved.h"
-#endif
-#if BS_SCENE_APART
-BS_APART_KIND(evolved_point_pairs_1)
-#else
-#define BS_MEMBER evolved_point_pairs_1
-#define BS_SUFFIX 1
-#define BS_DEGREE 1
-#define BS_FREE 0
-#include "scene_ribbons.h"
-#endif
-#if BS_SCENE_APART
-BS_APART_KIND(evolved_point_pairs_2)
-#else
-#define BS_MEMBER evolved_point_pairs_2
-#define BS_SUFFIX 2
-#define BS_DEGREE 2
-#define BS_FREE 0
-#include "scene_ribbons.h"
-#endif
-#if BS_SCENE_APART
-BS_APART_KIND(evolved_point_pairs_3)
-#else
-#define BS_MEMBER evolved_point_pairs_3
-#define BS_SUFFIX 3
-#define BS_DEGREE 3
-#define BS_FREE 0
-#include "scene_ribbons.h"
-#endif
-#include "scene_search.h"
+#include "scene_functions.h"
 #include "scene_rays.h"
-#if BS_SCENE_PICTURES
-#include "scene_shade.h"
-#include "scene_picture.h"
-#endif
-#include "scene_end.h"
 #include "instance_end.h"
 
 #define BS_BITS 32
@@ -110,94 +45,39 @@ BS_APART_KIND(evolved_point_pairs_3)
 #include "instance.h"
 #include "elementary.h"
 #include "kernels.h"
-#include "scene_ray.h"
-#include "scene_plane.h"
-#include "scene_sphere.h"
-#include "scene_disc.h"
-#include "scene_facet.h"
-#include "scene_smooth_facet.h"
+#include "loops.h"
+#include "scene_hits.h"
 #if BS_SCENE_APART
-BS_APART_KIND(evolved_circles_1)
+#include "surface_declarations.h"
 #else
-#define BS_MEMBER evolved_circles_1
-#define BS_SUFFIX 1
-#define BS_DEGREE 1
-#define BS_FREE 0
-#include "scene_evolved.h"
+#include "surface_functions.h"
 #endif
-#if BS_SCENE_APART
-BS_APART_KIND(evolved_circles_2)
-#else
-#define BS_MEMBER evolved_circles_2
-#define BS_SUFFIX 2
-#define BS_DEGREE 2
-#define BS_FREE 0
-#include "scene_evolved.h"
+#include "scene_scale.h"
+#if BS_SCENE_TREE
+#include "scene_tree.h"
 #endif
-#if BS_SCENE_APART
-BS_APART_KIND(evolved_circles_3)
-#else
-#define BS_MEMBER evolved_circles_3
-#define BS_SUFFIX 3
-#define BS_DEGREE 3
-#define BS_FREE 0
-#include "scene_evolved.h"
-#endif
-#if BS_SCENE_APART
-BS_APART_KIND(evolved_point_pairs_1)
-#else
-#define BS_MEMBER evolved_point_pairs_1
-#define BS_SUFFIX 1
-#define BS_DEGREE 1
-#define BS_FREE 0
-#include "scene_ribbons.h"
-#endif
-#if BS_SCENE_APART
-BS_APART_KIND(evolved_point_pairs_2)
-#else
-#define BS_MEMBER evolved_point_pairs_2
-#define BS_SUFFIX 2
-#define BS_DEGREE 2
-#define BS_FREE 0
-#include "scene_ribbons.h"
-#endif
-#if BS_SCENE_APART
-BS_APART_KIND(evolved_point_pairs_3)
-#else
-#define BS_MEMBER evolved_point_pairs_3
-#define BS_SUFFIX 3
-#define BS_DEGREE 3
-#define BS_FREE 0
-#include "scene_ribbons.h"
-#endif
-#include "scene_search.h"
+#include "scene_functions.h"
 #include "scene_rays.h"
-#if BS_SCENE_PICTURES
-#include "scene_shade.h"
-#include "scene_picture.h"
-#endif
-#include "scene_end.h"
 #include "instance_end.h"
 
 const char *bs_source_hash(void) { return BS_SOURCE_HASH; }
 
-#if BS_SCENE_TREE
+#define BS_BITS 64
+#define BS_BYTES 0
+#define BS_TAG build
+#include "instance.h"
+#include "loops.h"
 #include "scene_build.h"
-#endif
+#include "instance_end.h"
 
-ptrdiff_t bs_scene_build(ptrdiff_t count, const double *boxes, double *node_boxes, int32_t *parts, void *room)
+ptrdiff_t bs_scene_build(ptrdiff_t count, double *boxes, ptrdiff_t *numbers, double *nodes, int32_t *parts)
 {
-#if BS_SCENE_TREE
-  return bs_build_tree(count, boxes, node_boxes, parts, room);
-#else
-  (void)count, (void)boxes, (void)node_boxes, (void)parts, (void)room;
-  return 0;
-#endif
+  return build_tree_build(boxes, count, numbers, nodes, parts);
 }
 
-ptrdiff_t bs_scene_prepare(int kind, ptrdiff_t rows, const double *parameters, double *constants)
+void bs_scene_prepare(int kind, ptrdiff_t rows, const double *parameters, double *constants)
 {
-  return scene_prepare_f64_scalar(kind, rows, parameters, constants);
+  prepare_rows_f64_scalar(kind, rows, parameters, constants);
 }
 
 void bs_scene_first(const bs_scene *scene, int single, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,
@@ -218,8 +98,13 @@ int bs_scene_wide(const bs_scene *scene, int single, ptrdiff_t begin, ptrdiff_t 
 void bs_scene_all(const bs_scene *scene, int single, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,
                   const bs_hits *hits)
 {
+#if BS_SCENE_LINES
   if (single == 0) scene_all_f64_scalar(scene, begin, end, rays, hits);
+#endif
+#if BS_SCENE_LINES
   if (single == 1) scene_all_f32_scalar(scene, begin, end, rays, hits);
+#endif
+  (void)scene, (void)single, (void)begin, (void)end, (void)rays, (void)hits;
 }
 
 void bs_scene_render(const bs_scene *scene, int single, ptrdiff_t begin, ptrdiff_t end, const bs_picture *picture)

@@ -2,7 +2,7 @@
  * Kernel bodies for one instance (precision and vector width). */
 
 /* cga3d_facing: The normal or its opposite, whichever looks towards where the ray comes from. 6 mul, 2 add, 2 other. */
-BS_INLINE void FN(cga3d_facing)(V *RESTRICT out, const V *RESTRICT normal_in, const V *RESTRICT direction_in)
+BS_INLINE void FN(cga3d_facing)(BS_APART(V, out, 3), BS_APART(const V, normal_in, 3), BS_APART(const V, direction_in, 3))
 {
   const V normal_e1 = normal_in[0];
   const V normal_e2 = normal_in[1];
@@ -19,7 +19,7 @@ BS_INLINE void FN(cga3d_facing)(V *RESTRICT out, const V *RESTRICT normal_in, co
 }
 
 /* cga3d_camera_position: Image of the origin under a motor. 24 mul, 9 add. */
-BS_INLINE void FN(cga3d_camera_position)(V *RESTRICT out, const V *RESTRICT motor_in)
+BS_INLINE void FN(cga3d_camera_position)(BS_APART(V, out, 3), BS_APART(const V, motor_in, 8))
 {
   const V motor_s = motor_in[0];
   const V motor_e12 = motor_in[1];
@@ -38,7 +38,7 @@ BS_INLINE void FN(cga3d_camera_position)(V *RESTRICT out, const V *RESTRICT moto
 }
 
 /* cga3d_camera_direction: Unit direction of the ray through a point of the image plane (4.2, through pixel centers). 40 mul, 19 add, 2 other. */
-BS_INLINE void FN(cga3d_camera_direction)(V *RESTRICT out, const V *RESTRICT motor_in, const V *RESTRICT lens_in, const V *RESTRICT pixel_in)
+BS_INLINE void FN(cga3d_camera_direction)(BS_APART(V, out, 3), BS_APART(const V, motor_in, 8), BS_APART(const V, lens_in, 3), BS_APART(const V, pixel_in, 2))
 {
   const V motor_s = motor_in[0];
   const V motor_e12 = motor_in[1];
@@ -66,7 +66,7 @@ BS_INLINE void FN(cga3d_camera_direction)(V *RESTRICT out, const V *RESTRICT mot
 }
 
 /* cga3d_light_terms: Vector from a position to a light, and the factors of Lambert's law and of Blinn's highlight. 23 mul, 16 add, 13 other. */
-BS_INLINE void FN(cga3d_light_terms)(V *RESTRICT towards, V *RESTRICT factors, const V *RESTRICT position_in, const V *RESTRICT normal_in, const V *RESTRICT direction_in, const V *RESTRICT light_in, const V *RESTRICT shininess_in)
+BS_INLINE void FN(cga3d_light_terms)(BS_APART(V, towards, 3), BS_APART(V, factors, 2), BS_APART(const V, position_in, 3), BS_APART(const V, normal_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, light_in, 3), BS_APART(const V, shininess_in, 1))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -114,7 +114,7 @@ BS_INLINE void FN(cga3d_light_terms)(V *RESTRICT towards, V *RESTRICT factors, c
 }
 
 /* cga3d_reflected_direction: Direction of Phi L Phi for the plane with a unit normal through the ray's own origin (4.8). 18 mul, 11 add. */
-BS_INLINE void FN(cga3d_reflected_direction)(V *RESTRICT out, const V *RESTRICT direction_in, const V *RESTRICT normal_in)
+BS_INLINE void FN(cga3d_reflected_direction)(BS_APART(V, out, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, normal_in, 3))
 {
   const V direction_e1 = direction_in[0];
   const V direction_e2 = direction_in[1];
@@ -132,7 +132,7 @@ BS_INLINE void FN(cga3d_reflected_direction)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* cga3d_box_ray: The origins from which near and far sides of boxes are seen, and one over the direction. 7 mul, 6 add, 28 other. */
-BS_INLINE void FN(cga3d_box_ray)(V *RESTRICT near, V *RESTRICT far, V *RESTRICT inverse, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT extent_in)
+BS_INLINE void FN(cga3d_box_ray)(BS_APART(V, near, 3), BS_APART(V, far, 3), BS_APART(V, inverse, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, extent_in, 1))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -188,7 +188,7 @@ BS_INLINE void FN(cga3d_box_ray)(V *RESTRICT near, V *RESTRICT far, V *RESTRICT 
 }
 
 /* cga3d_box_span: Parameters between which a ray, made by `box_ray`, is inside a box and inside bounds; none if they fall. 6 mul, 6 add, 12 other. */
-BS_INLINE void FN(cga3d_box_span)(V *RESTRICT span, const V *RESTRICT near_in, const V *RESTRICT far_in, const V *RESTRICT inverse_in, const V *RESTRICT near_corner_in, const V *RESTRICT far_corner_in, const V *RESTRICT bounds_in)
+BS_INLINE void FN(cga3d_box_span)(BS_APART(V, span, 2), BS_APART(const V, near_in, 3), BS_APART(const V, far_in, 3), BS_APART(const V, inverse_in, 3), BS_APART(const V, near_corner_in, 3), BS_APART(const V, far_corner_in, 3), BS_APART(const V, bounds_in, 2))
 {
   const V near_e1 = near_in[0];
   const V near_e2 = near_in[1];
@@ -230,7 +230,7 @@ BS_INLINE void FN(cga3d_box_span)(V *RESTRICT span, const V *RESTRICT near_in, c
 }
 
 /* cga3d_plane_hit: Parameter t of the point of a ray on a plane, infinite or NaN where they are parallel. 7 mul, 5 add, 1 other. */
-BS_INLINE void FN(cga3d_plane_hit)(V *RESTRICT t, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT normal_in, const V *RESTRICT offset_in)
+BS_INLINE void FN(cga3d_plane_hit)(BS_APART(V, t, 1), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, normal_in, 3), BS_APART(const V, offset_in, 1))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -249,7 +249,7 @@ BS_INLINE void FN(cga3d_plane_hit)(V *RESTRICT t, const V *RESTRICT origin_in, c
 }
 
 /* cga3d_sphere_hit: Parameters of the first and last point of a ray on a sphere, and the points relative to the center. 34 mul, 24 add, 3 other. */
-BS_INLINE void FN(cga3d_sphere_hit)(V *RESTRICT t, V *RESTRICT first, V *RESTRICT last, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT center_in, const V *RESTRICT radius_in)
+BS_INLINE void FN(cga3d_sphere_hit)(BS_APART(V, t, 2), BS_APART(V, first, 3), BS_APART(V, last, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, center_in, 3), BS_APART(const V, radius_in, 1))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -290,7 +290,7 @@ BS_INLINE void FN(cga3d_sphere_hit)(V *RESTRICT t, V *RESTRICT first, V *RESTRIC
 }
 
 /* cga3d_disc_hit: Hit of a ray on a disc's plane: its parameter, Y^2, whether it runs along the plane; the point from the center. 40 mul, 25 add, 10 other. */
-BS_INLINE void FN(cga3d_disc_hit)(V *RESTRICT t_square_along, V *RESTRICT local, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT center_in, const V *RESTRICT normal_in, const V *RESTRICT radius_in)
+BS_INLINE void FN(cga3d_disc_hit)(BS_APART(V, t_square_along, 3), BS_APART(V, local, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, center_in, 3), BS_APART(const V, normal_in, 3), BS_APART(const V, radius_in, 1))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -341,7 +341,7 @@ BS_INLINE void FN(cga3d_disc_hit)(V *RESTRICT t_square_along, V *RESTRICT local,
 }
 
 /* cga3d_disc_graze: The parameter, and the point from the center, of a ray that grazes a disc: its slope may be mostly rounding. 27 mul, 28 add, 17 other. */
-BS_INLINE void FN(cga3d_disc_graze)(V *RESTRICT t, V *RESTRICT local, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT center_in, const V *RESTRICT normal_in, const V *RESTRICT radius_in)
+BS_INLINE void FN(cga3d_disc_graze)(BS_APART(V, t, 1), BS_APART(V, local, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, center_in, 3), BS_APART(const V, normal_in, 3), BS_APART(const V, radius_in, 1))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -394,7 +394,7 @@ BS_INLINE void FN(cga3d_disc_graze)(V *RESTRICT t, V *RESTRICT local, const V *R
 }
 
 /* cga3d_rim_hit: Parameters and points, relative to the center, of a ray that lies in a disc's plane on its rim; NaN for none. 55 mul, 44 add, 33 other. */
-BS_INLINE void FN(cga3d_rim_hit)(V *RESTRICT t, V *RESTRICT first, V *RESTRICT last, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT center_in, const V *RESTRICT normal_in, const V *RESTRICT radius_in)
+BS_INLINE void FN(cga3d_rim_hit)(BS_APART(V, t, 2), BS_APART(V, first, 3), BS_APART(V, last, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, center_in, 3), BS_APART(const V, normal_in, 3), BS_APART(const V, radius_in, 1))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -475,7 +475,7 @@ BS_INLINE void FN(cga3d_rim_hit)(V *RESTRICT t, V *RESTRICT first, V *RESTRICT l
 }
 
 /* cga3d_facet_sides: L v (B ^ C), L v (C ^ A), L v (A ^ B), times the ray's e3: of one sign, or 0, where it meets the triangle. 18 mul, 18 add. */
-BS_INLINE void FN(cga3d_facet_sides)(V *RESTRICT sides, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in)
+BS_INLINE void FN(cga3d_facet_sides)(BS_APART(V, sides, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, a_in, 3), BS_APART(const V, b_in, 3), BS_APART(const V, c_in, 3))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -507,7 +507,7 @@ BS_INLINE void FN(cga3d_facet_sides)(V *RESTRICT sides, const V *RESTRICT origin
 }
 
 /* cga3d_facet_hit: Parameter t of the ray's point on the triangle, its barycentric coordinates, and the point relative to A. 26 mul, 34 add, 21 other. */
-BS_INLINE void FN(cga3d_facet_hit)(V *RESTRICT t, V *RESTRICT barycentric, V *RESTRICT local, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in, const V *RESTRICT sides_in)
+BS_INLINE void FN(cga3d_facet_hit)(BS_APART(V, t, 1), BS_APART(V, barycentric, 3), BS_APART(V, local, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, a_in, 3), BS_APART(const V, b_in, 3), BS_APART(const V, c_in, 3), BS_APART(const V, sides_in, 3))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -568,7 +568,7 @@ BS_INLINE void FN(cga3d_facet_hit)(V *RESTRICT t, V *RESTRICT barycentric, V *RE
 }
 
 /* cga3d_facet_normal: Unit normal of the triangle, counter-clockwise from A over B to C. 12 mul, 11 add, 2 other. */
-BS_INLINE void FN(cga3d_facet_normal)(V *RESTRICT out, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in)
+BS_INLINE void FN(cga3d_facet_normal)(BS_APART(V, out, 3), BS_APART(const V, a_in, 3), BS_APART(const V, b_in, 3), BS_APART(const V, c_in, 3))
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -596,7 +596,7 @@ BS_INLINE void FN(cga3d_facet_normal)(V *RESTRICT out, const V *RESTRICT a_in, c
 }
 
 /* cga3d_smooth_normal: Mean of the corners' normals, on that side of the ray on which the triangle's own normal is. 44 mul, 28 add, 9 other. */
-BS_INLINE void FN(cga3d_smooth_normal)(V *RESTRICT out, const V *RESTRICT direction_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in, const V *RESTRICT at_a_in, const V *RESTRICT at_b_in, const V *RESTRICT at_c_in, const V *RESTRICT barycentric_in)
+BS_INLINE void FN(cga3d_smooth_normal)(BS_APART(V, out, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, a_in, 3), BS_APART(const V, b_in, 3), BS_APART(const V, c_in, 3), BS_APART(const V, at_a_in, 3), BS_APART(const V, at_b_in, 3), BS_APART(const V, at_c_in, 3), BS_APART(const V, barycentric_in, 3))
 {
   const V direction_e1 = direction_in[0];
   const V direction_e2 = direction_in[1];
@@ -653,7 +653,7 @@ BS_INLINE void FN(cga3d_smooth_normal)(V *RESTRICT out, const V *RESTRICT direct
 }
 
 /* cga3d_evolved_nearest: Parameter of the point of a ray nearest to the origin of the frame, and that point. 10 mul, 7 add, 1 other. */
-BS_INLINE void FN(cga3d_evolved_nearest)(V *RESTRICT t, V *RESTRICT nearest, const V *RESTRICT origin_in, const V *RESTRICT direction_in)
+BS_INLINE void FN(cga3d_evolved_nearest)(BS_APART(V, t, 1), BS_APART(V, nearest, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -672,7 +672,7 @@ BS_INLINE void FN(cga3d_evolved_nearest)(V *RESTRICT t, V *RESTRICT nearest, con
 }
 
 /* cga3d_evolved_approach: Parameter of the point of a ray nearest to a center, and half the chord in its sphere; NaN for a miss. 24 mul, 15 add, 2 other. */
-BS_INLINE void FN(cga3d_evolved_approach)(V *RESTRICT middle_half, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT center_in, const V *RESTRICT radius_in)
+BS_INLINE void FN(cga3d_evolved_approach)(BS_APART(V, middle_half, 2), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, center_in, 3), BS_APART(const V, radius_in, 1))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -700,7 +700,7 @@ BS_INLINE void FN(cga3d_evolved_approach)(V *RESTRICT middle_half, const V *REST
 }
 
 /* cga3d_square_term: Coefficients of S0 and w Q with the product of two controls added: -weight (C ~D + D ~C)/2. 52 mul, 80 add. */
-BS_INLINE void FN(cga3d_square_term)(V *RESTRICT norm_sum, V *RESTRICT quad_sum, const V *RESTRICT norm_in, const V *RESTRICT quad_in, const V *RESTRICT first_in, const V *RESTRICT last_in, const V *RESTRICT weight_in)
+BS_INLINE void FN(cga3d_square_term)(BS_APART(V, norm_sum, 1), BS_APART(V, quad_sum, 5), BS_APART(const V, norm_in, 1), BS_APART(const V, quad_in, 5), BS_APART(const V, first_in, 10), BS_APART(const V, last_in, 10), BS_APART(const V, weight_in, 1))
 {
   const V norm_s = norm_in[0];
   const V quad_e1 = quad_in[0];
@@ -784,7 +784,7 @@ BS_INLINE void FN(cga3d_square_term)(V *RESTRICT norm_sum, V *RESTRICT quad_sum,
 }
 
 /* cga3d_kappa_term: A coefficient of K with the product of two of Q's added. 6 mul, 5 add. */
-BS_INLINE void FN(cga3d_kappa_term)(V *RESTRICT kappa_sum, const V *RESTRICT kappa_in, const V *RESTRICT first_in, const V *RESTRICT last_in, const V *RESTRICT weight_in)
+BS_INLINE void FN(cga3d_kappa_term)(BS_APART(V, kappa_sum, 1), BS_APART(const V, kappa_in, 1), BS_APART(const V, first_in, 5), BS_APART(const V, last_in, 5), BS_APART(const V, weight_in, 1))
 {
   const V kappa_s = kappa_in[0];
   const V first_e1 = first_in[0];
@@ -803,7 +803,7 @@ BS_INLINE void FN(cga3d_kappa_term)(V *RESTRICT kappa_sum, const V *RESTRICT kap
 }
 
 /* cga3d_product_term: A coefficient of Q C' with the product of one of Q's and a control added. 30 mul, 30 add. */
-BS_INLINE void FN(cga3d_product_term)(V *RESTRICT product_sum, const V *RESTRICT product_in, const V *RESTRICT quad_in, const V *RESTRICT control_in)
+BS_INLINE void FN(cga3d_product_term)(BS_APART(V, product_sum, 10), BS_APART(const V, product_in, 10), BS_APART(const V, quad_in, 5), BS_APART(const V, control_in, 10))
 {
   const V product_e123 = product_in[0];
   const V product_e12no = product_in[1];
@@ -853,7 +853,7 @@ BS_INLINE void FN(cga3d_product_term)(V *RESTRICT product_sum, const V *RESTRICT
 }
 
 /* cga3d_evolved_sizes_3: Size of Q relative to the products that it is made of, and the most that the terms of p can add up to. 186 mul, 145 add, 68 other. */
-BS_INLINE void FN(cga3d_evolved_sizes_3)(V *RESTRICT sizes, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT quad_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_sizes_3)(BS_APART(V, sizes, 2), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, quad_in, 25), BS_APART(const V, controls_in, 40), BS_APART(const V, products_in, 80))
 {
   const V norm_0 = norm_in[0];
   const V norm_1 = norm_in[1];
@@ -1165,7 +1165,7 @@ BS_INLINE void FN(cga3d_evolved_sizes_3)(V *RESTRICT sizes, const V *RESTRICT no
 }
 
 /* cga3d_evolved_meets_3: Coefficients of the meets B = L v C' and E = L v (Q C') of the unit line L = X ^ D ^ n_inf. 219 mul, 180 add, 1 other. */
-BS_INLINE void FN(cga3d_evolved_meets_3)(V *RESTRICT meets, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_meets_3)(BS_APART(V, meets, 36), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, controls_in, 40), BS_APART(const V, products_in, 80))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -1369,7 +1369,7 @@ BS_INLINE void FN(cga3d_evolved_meets_3)(V *RESTRICT meets, const V *RESTRICT or
 }
 
 /* cga3d_evolved_point_3: Hit of a ray on the plane of a root's circle: (t, squared cosine to the circle's axis), position; far away. 198 mul, 90 add, 10 other. */
-BS_INLINE void FN(cga3d_evolved_point_3)(V *RESTRICT t_cosine, V *RESTRICT position, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_point_3)(BS_APART(V, t_cosine, 5), BS_APART(V, position, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, meets_in, 36), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 40), BS_APART(const V, products_in, 80))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -1528,7 +1528,7 @@ BS_INLINE void FN(cga3d_evolved_point_3)(V *RESTRICT t_cosine, V *RESTRICT posit
 }
 
 /* cga3d_evolved_sphere_3: Both parameters t of the ray on the sphere that has the circle as equator. 321 mul, 160 add, 10 other. */
-BS_INLINE void FN(cga3d_evolved_sphere_3)(V *RESTRICT t, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_sphere_3)(BS_APART(V, t, 2), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 40), BS_APART(const V, products_in, 80))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -1757,7 +1757,7 @@ BS_INLINE void FN(cga3d_evolved_sphere_3)(V *RESTRICT t, const V *RESTRICT origi
 }
 
 /* cga3d_evolved_polish_3: Gauss-Newton step (dt, db) towards X ^ C = 0 for X = F(origin + t direction); last dt with the circle kept. 773 mul, 437 add, 9 other. */
-BS_INLINE void FN(cga3d_evolved_polish_3)(V *RESTRICT step, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT t_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_polish_3)(BS_APART(V, step, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, t_in, 1), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 40), BS_APART(const V, products_in, 80))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -2078,7 +2078,7 @@ BS_INLINE void FN(cga3d_evolved_polish_3)(V *RESTRICT step, const V *RESTRICT or
 }
 
 /* cga3d_evolved_normal_3: Unit normal at a position on the surface: that of the sphere through the circle that touches the surface there. 310 mul, 201 add, 14 other. */
-BS_INLINE void FN(cga3d_evolved_normal_3)(V *RESTRICT out, const V *RESTRICT position_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_normal_3)(BS_APART(V, out, 3), BS_APART(const V, position_in, 3), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 40), BS_APART(const V, products_in, 80))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -2329,7 +2329,7 @@ BS_INLINE void FN(cga3d_evolved_normal_3)(V *RESTRICT out, const V *RESTRICT pos
 }
 
 /* cga3d_evolved_condition_3: 2 s^2 m (L v C)^2: the square of the meet Y = m B - w E with the circle as `evolved_circle` has it. 109 mul, 51 add, 6 other. */
-BS_INLINE void FN(cga3d_evolved_condition_3)(V *RESTRICT f, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_evolved_condition_3)(BS_APART(V, f, 1), BS_APART(const V, meets_in, 36), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -2419,7 +2419,7 @@ BS_INLINE void FN(cga3d_evolved_condition_3)(V *RESTRICT f, const V *RESTRICT me
 }
 
 /* cga3d_evolved_polynomial_3: Bernstein coefficients of p = 4 (S0 u - w x)(S0 e - K w x) + w^2 (K u - e)^2, the product of both branches. 1154 mul, 842 add. */
-BS_INLINE void FN(cga3d_evolved_polynomial_3)(V *RESTRICT bernstein, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+BS_INLINE void FN(cga3d_evolved_polynomial_3)(BS_APART(V, bernstein, 33), BS_APART(const V, meets_in, 36), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -2711,7 +2711,7 @@ BS_INLINE void FN(cga3d_evolved_polynomial_3)(V *RESTRICT bernstein, const V *RE
 }
 
 /* cga3d_evolved_condition_rate_3: The condition and its derivative by t, 2 Y . dY with dY = dm B + (m dB - d(w E)): only dm divides, by s. 276 mul, 145 add, 7 other. */
-BS_INLINE void FN(cga3d_evolved_condition_rate_3)(V *RESTRICT f_rate, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_evolved_condition_rate_3)(BS_APART(V, f_rate, 2), BS_APART(const V, meets_in, 36), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -2833,7 +2833,7 @@ BS_INLINE void FN(cga3d_evolved_condition_rate_3)(V *RESTRICT f_rate, const V *R
 }
 
 /* cga3d_evolved_polynomial_bound_3: Sum of the absolute values of p's terms at (a, b): the scale of its rounding errors. It rises in both. 390 mul, 237 add, 49 other. */
-BS_INLINE void FN(cga3d_evolved_polynomial_bound_3)(V *RESTRICT bound, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_evolved_polynomial_bound_3)(BS_APART(V, bound, 1), BS_APART(const V, meets_in, 36), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -3018,7 +3018,7 @@ BS_INLINE void FN(cga3d_evolved_polynomial_bound_3)(V *RESTRICT bound, const V *
 }
 
 /* cga3d_evolved_condition_bound_3: Scale of the condition's rounding error: |Y| times that of Y, and a term of second order. 426 mul, 274 add, 161 other. */
-BS_INLINE void FN(cga3d_evolved_condition_bound_3)(V *RESTRICT bound, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_condition_bound_3)(BS_APART(V, bound, 1), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, meets_in, 36), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 40), BS_APART(const V, products_in, 80))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -3432,7 +3432,7 @@ BS_INLINE void FN(cga3d_evolved_condition_bound_3)(V *RESTRICT bound, const V *R
 }
 
 /* cga3d_common_sphere_meets_3: Coefficients of u, for circles that lie on one sphere, Q = 0: f is u up to a positive factor. 39 mul, 19 add. */
-BS_INLINE void FN(cga3d_common_sphere_meets_3)(V *RESTRICT u, const V *RESTRICT meets_in, const V *RESTRICT norm_in)
+BS_INLINE void FN(cga3d_common_sphere_meets_3)(BS_APART(V, u, 7), BS_APART(const V, meets_in, 36), BS_APART(const V, norm_in, 7))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -3463,7 +3463,7 @@ BS_INLINE void FN(cga3d_common_sphere_meets_3)(V *RESTRICT u, const V *RESTRICT 
 }
 
 /* cga3d_common_sphere_condition_3: u as the square of the meet B, and its derivative by t. 51 mul, 27 add. */
-BS_INLINE void FN(cga3d_common_sphere_condition_3)(V *RESTRICT f_rate, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_common_sphere_condition_3)(BS_APART(V, f_rate, 2), BS_APART(const V, meets_in, 36), BS_APART(const V, norm_in, 7), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -3494,7 +3494,7 @@ BS_INLINE void FN(cga3d_common_sphere_condition_3)(V *RESTRICT f_rate, const V *
 }
 
 /* cga3d_common_sphere_condition_bound_3: Scale of the rounding error of the square of B. 142 mul, 90 add, 65 other. */
-BS_INLINE void FN(cga3d_common_sphere_condition_bound_3)(V *RESTRICT bound, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in)
+BS_INLINE void FN(cga3d_common_sphere_condition_bound_3)(BS_APART(V, bound, 1), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, meets_in, 36), BS_APART(const V, norm_in, 7), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 40))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -3646,7 +3646,7 @@ BS_INLINE void FN(cga3d_common_sphere_condition_bound_3)(V *RESTRICT bound, cons
 }
 
 /* cga3d_common_sphere_polynomial_3: Bernstein coefficients of u. 5 mul, 0 add. */
-BS_INLINE void FN(cga3d_common_sphere_polynomial_3)(V *RESTRICT bernstein, const V *RESTRICT u_in)
+BS_INLINE void FN(cga3d_common_sphere_polynomial_3)(BS_APART(V, bernstein, 7), BS_APART(const V, u_in, 7))
 {
   const V u_0 = u_in[0];
   const V u_1 = u_in[1];
@@ -3665,7 +3665,7 @@ BS_INLINE void FN(cga3d_common_sphere_polynomial_3)(V *RESTRICT bernstein, const
 }
 
 /* cga3d_common_sphere_bound_3: Sum of the absolute values of the terms of u as a polynomial. 17 mul, 6 add, 7 other. */
-BS_INLINE void FN(cga3d_common_sphere_bound_3)(V *RESTRICT bound, const V *RESTRICT u_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_common_sphere_bound_3)(BS_APART(V, bound, 1), BS_APART(const V, u_in, 7), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V u_0 = u_in[0];
   const V u_1 = u_in[1];
@@ -3692,7 +3692,7 @@ BS_INLINE void FN(cga3d_common_sphere_bound_3)(V *RESTRICT bound, const V *RESTR
 }
 
 /* cga3d_evolved_published_polynomial_3: Coefficients of 1, t, t^2, .. of the published polynomial of degree 12 n, (4.16) with its sides subtracted. 2211 mul, 1641 add. */
-BS_INLINE void FN(cga3d_evolved_published_polynomial_3)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+BS_INLINE void FN(cga3d_evolved_published_polynomial_3)(BS_APART(V, powers, 37), BS_APART(const V, meets_in, 36), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -4210,7 +4210,7 @@ BS_INLINE void FN(cga3d_evolved_published_polynomial_3)(V *RESTRICT powers, cons
 }
 
 /* cga3d_evolved_meet_square_3: f = (L v C)^2 itself, for the unit circle C. 113 mul, 51 add, 7 other. */
-BS_INLINE void FN(cga3d_evolved_meet_square_3)(V *RESTRICT f, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_evolved_meet_square_3)(BS_APART(V, f, 1), BS_APART(const V, meets_in, 36), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -4301,7 +4301,7 @@ BS_INLINE void FN(cga3d_evolved_meet_square_3)(V *RESTRICT f, const V *RESTRICT 
 }
 
 /* cga3d_evolved_sizes_2: Size of Q relative to the products that it is made of, and the most that the terms of p can add up to. 125 mul, 96 add, 42 other. */
-BS_INLINE void FN(cga3d_evolved_sizes_2)(V *RESTRICT sizes, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT quad_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_sizes_2)(BS_APART(V, sizes, 2), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, quad_in, 15), BS_APART(const V, controls_in, 30), BS_APART(const V, products_in, 50))
 {
   const V norm_0 = norm_in[0];
   const V norm_1 = norm_in[1];
@@ -4505,7 +4505,7 @@ BS_INLINE void FN(cga3d_evolved_sizes_2)(V *RESTRICT sizes, const V *RESTRICT no
 }
 
 /* cga3d_evolved_meets_2: Coefficients of the meets B = L v C' and E = L v (Q C') of the unit line L = X ^ D ^ n_inf. 155 mul, 124 add, 1 other. */
-BS_INLINE void FN(cga3d_evolved_meets_2)(V *RESTRICT meets, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_meets_2)(BS_APART(V, meets, 24), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, controls_in, 30), BS_APART(const V, products_in, 50))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -4649,7 +4649,7 @@ BS_INLINE void FN(cga3d_evolved_meets_2)(V *RESTRICT meets, const V *RESTRICT or
 }
 
 /* cga3d_evolved_point_2: Hit of a ray on the plane of a root's circle: (t, squared cosine to the circle's axis), position; far away. 134 mul, 60 add, 10 other. */
-BS_INLINE void FN(cga3d_evolved_point_2)(V *RESTRICT t_cosine, V *RESTRICT position, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_point_2)(BS_APART(V, t_cosine, 5), BS_APART(V, position, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, meets_in, 24), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 30), BS_APART(const V, products_in, 50))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -4762,7 +4762,7 @@ BS_INLINE void FN(cga3d_evolved_point_2)(V *RESTRICT t_cosine, V *RESTRICT posit
 }
 
 /* cga3d_evolved_sphere_2: Both parameters t of the ray on the sphere that has the circle as equator. 225 mul, 114 add, 10 other. */
-BS_INLINE void FN(cga3d_evolved_sphere_2)(V *RESTRICT t, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_sphere_2)(BS_APART(V, t, 2), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 30), BS_APART(const V, products_in, 50))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -4924,7 +4924,7 @@ BS_INLINE void FN(cga3d_evolved_sphere_2)(V *RESTRICT t, const V *RESTRICT origi
 }
 
 /* cga3d_evolved_polish_2: Gauss-Newton step (dt, db) towards X ^ C = 0 for X = F(origin + t direction); last dt with the circle kept. 493 mul, 299 add, 9 other. */
-BS_INLINE void FN(cga3d_evolved_polish_2)(V *RESTRICT step, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT t_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_polish_2)(BS_APART(V, step, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, t_in, 1), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 30), BS_APART(const V, products_in, 50))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -5162,7 +5162,7 @@ BS_INLINE void FN(cga3d_evolved_polish_2)(V *RESTRICT step, const V *RESTRICT or
 }
 
 /* cga3d_evolved_normal_2: Unit normal at a position on the surface: that of the sphere through the circle that touches the surface there. 203 mul, 134 add, 14 other. */
-BS_INLINE void FN(cga3d_evolved_normal_2)(V *RESTRICT out, const V *RESTRICT position_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_normal_2)(BS_APART(V, out, 3), BS_APART(const V, position_in, 3), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 30), BS_APART(const V, products_in, 50))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -5340,7 +5340,7 @@ BS_INLINE void FN(cga3d_evolved_normal_2)(V *RESTRICT out, const V *RESTRICT pos
 }
 
 /* cga3d_evolved_condition_2: 2 s^2 m (L v C)^2: the square of the meet Y = m B - w E with the circle as `evolved_circle` has it. 69 mul, 33 add, 6 other. */
-BS_INLINE void FN(cga3d_evolved_condition_2)(V *RESTRICT f, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_evolved_condition_2)(BS_APART(V, f, 1), BS_APART(const V, meets_in, 24), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -5403,7 +5403,7 @@ BS_INLINE void FN(cga3d_evolved_condition_2)(V *RESTRICT f, const V *RESTRICT me
 }
 
 /* cga3d_evolved_polynomial_2: Bernstein coefficients of p = 4 (S0 u - w x)(S0 e - K w x) + w^2 (K u - e)^2, the product of both branches. 493 mul, 335 add. */
-BS_INLINE void FN(cga3d_evolved_polynomial_2)(V *RESTRICT bernstein, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+BS_INLINE void FN(cga3d_evolved_polynomial_2)(BS_APART(V, bernstein, 21), BS_APART(const V, meets_in, 24), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -5554,7 +5554,7 @@ BS_INLINE void FN(cga3d_evolved_polynomial_2)(V *RESTRICT bernstein, const V *RE
 }
 
 /* cga3d_evolved_condition_rate_2: The condition and its derivative by t, 2 Y . dY with dY = dm B + (m dB - d(w E)): only dm divides, by s. 164 mul, 91 add, 7 other. */
-BS_INLINE void FN(cga3d_evolved_condition_rate_2)(V *RESTRICT f_rate, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_evolved_condition_rate_2)(BS_APART(V, f_rate, 2), BS_APART(const V, meets_in, 24), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -5643,7 +5643,7 @@ BS_INLINE void FN(cga3d_evolved_condition_rate_2)(V *RESTRICT f_rate, const V *R
 }
 
 /* cga3d_evolved_polynomial_bound_2: Sum of the absolute values of p's terms at (a, b): the scale of its rounding errors. It rises in both. 197 mul, 109 add, 31 other. */
-BS_INLINE void FN(cga3d_evolved_polynomial_bound_2)(V *RESTRICT bound, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_evolved_polynomial_bound_2)(BS_APART(V, bound, 1), BS_APART(const V, meets_in, 24), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -5750,7 +5750,7 @@ BS_INLINE void FN(cga3d_evolved_polynomial_bound_2)(V *RESTRICT bound, const V *
 }
 
 /* cga3d_evolved_condition_bound_2: Scale of the condition's rounding error: |Y| times that of Y, and a term of second order. 290 mul, 186 add, 119 other. */
-BS_INLINE void FN(cga3d_evolved_condition_bound_2)(V *RESTRICT bound, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_condition_bound_2)(BS_APART(V, bound, 1), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, meets_in, 24), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 30), BS_APART(const V, products_in, 50))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -6041,7 +6041,7 @@ BS_INLINE void FN(cga3d_evolved_condition_bound_2)(V *RESTRICT bound, const V *R
 }
 
 /* cga3d_common_sphere_meets_2: Coefficients of u, for circles that lie on one sphere, Q = 0: f is u up to a positive factor. 23 mul, 10 add. */
-BS_INLINE void FN(cga3d_common_sphere_meets_2)(V *RESTRICT u, const V *RESTRICT meets_in, const V *RESTRICT norm_in)
+BS_INLINE void FN(cga3d_common_sphere_meets_2)(BS_APART(V, u, 5), BS_APART(const V, meets_in, 24), BS_APART(const V, norm_in, 5))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -6064,7 +6064,7 @@ BS_INLINE void FN(cga3d_common_sphere_meets_2)(V *RESTRICT u, const V *RESTRICT 
 }
 
 /* cga3d_common_sphere_condition_2: u as the square of the meet B, and its derivative by t. 32 mul, 18 add. */
-BS_INLINE void FN(cga3d_common_sphere_condition_2)(V *RESTRICT f_rate, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_common_sphere_condition_2)(BS_APART(V, f_rate, 2), BS_APART(const V, meets_in, 24), BS_APART(const V, norm_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -6090,7 +6090,7 @@ BS_INLINE void FN(cga3d_common_sphere_condition_2)(V *RESTRICT f_rate, const V *
 }
 
 /* cga3d_common_sphere_condition_bound_2: Scale of the rounding error of the square of B. 112 mul, 70 add, 55 other. */
-BS_INLINE void FN(cga3d_common_sphere_condition_bound_2)(V *RESTRICT bound, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in)
+BS_INLINE void FN(cga3d_common_sphere_condition_bound_2)(BS_APART(V, bound, 1), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, meets_in, 24), BS_APART(const V, norm_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 30))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -6211,7 +6211,7 @@ BS_INLINE void FN(cga3d_common_sphere_condition_bound_2)(V *RESTRICT bound, cons
 }
 
 /* cga3d_common_sphere_polynomial_2: Bernstein coefficients of u. 3 mul, 0 add. */
-BS_INLINE void FN(cga3d_common_sphere_polynomial_2)(V *RESTRICT bernstein, const V *RESTRICT u_in)
+BS_INLINE void FN(cga3d_common_sphere_polynomial_2)(BS_APART(V, bernstein, 5), BS_APART(const V, u_in, 5))
 {
   const V u_0 = u_in[0];
   const V u_1 = u_in[1];
@@ -6226,7 +6226,7 @@ BS_INLINE void FN(cga3d_common_sphere_polynomial_2)(V *RESTRICT bernstein, const
 }
 
 /* cga3d_common_sphere_bound_2: Sum of the absolute values of the terms of u as a polynomial. 11 mul, 4 add, 5 other. */
-BS_INLINE void FN(cga3d_common_sphere_bound_2)(V *RESTRICT bound, const V *RESTRICT u_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_common_sphere_bound_2)(BS_APART(V, bound, 1), BS_APART(const V, u_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V u_0 = u_in[0];
   const V u_1 = u_in[1];
@@ -6247,7 +6247,7 @@ BS_INLINE void FN(cga3d_common_sphere_bound_2)(V *RESTRICT bound, const V *RESTR
 }
 
 /* cga3d_evolved_published_polynomial_2: Coefficients of 1, t, t^2, .. of the published polynomial of degree 12 n, (4.16) with its sides subtracted. 1018 mul, 721 add. */
-BS_INLINE void FN(cga3d_evolved_published_polynomial_2)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+BS_INLINE void FN(cga3d_evolved_published_polynomial_2)(BS_APART(V, powers, 25), BS_APART(const V, meets_in, 24), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -6520,7 +6520,7 @@ BS_INLINE void FN(cga3d_evolved_published_polynomial_2)(V *RESTRICT powers, cons
 }
 
 /* cga3d_evolved_meet_square_2: f = (L v C)^2 itself, for the unit circle C. 73 mul, 33 add, 7 other. */
-BS_INLINE void FN(cga3d_evolved_meet_square_2)(V *RESTRICT f, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_evolved_meet_square_2)(BS_APART(V, f, 1), BS_APART(const V, meets_in, 24), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -6584,7 +6584,7 @@ BS_INLINE void FN(cga3d_evolved_meet_square_2)(V *RESTRICT f, const V *RESTRICT 
 }
 
 /* cga3d_ribbon_constants_3: S0, K, the controls with their binomials, Q C', and sizes, of a curve that begins and ends with pairs. 1875 mul, 1232 add, 41 other. */
-BS_INLINE void FN(cga3d_ribbon_constants_3)(V *RESTRICT norm, V *RESTRICT kappa, V *RESTRICT scaled, V *RESTRICT products, V *RESTRICT near, const V *RESTRICT controls_in)
+BS_INLINE void FN(cga3d_ribbon_constants_3)(BS_APART(V, norm, 7), BS_APART(V, kappa, 9), BS_APART(V, scaled, 40), BS_APART(V, products, 80), BS_APART(V, near, 8), BS_APART(const V, controls_in, 40))
 {
   const V controls_0_e12 = controls_in[0];
   const V controls_0_e13 = controls_in[1];
@@ -7340,7 +7340,7 @@ BS_INLINE void FN(cga3d_ribbon_constants_3)(V *RESTRICT norm, V *RESTRICT kappa,
 }
 
 /* cga3d_ribbon_ray_3: B = L v C' and E = L v (Q C'), for a line of the direction's weight, and what rounding may leave of each. 85 mul, 69 add, 7 other. */
-BS_INLINE void FN(cga3d_ribbon_ray_3)(V *RESTRICT meets, V *RESTRICT noise, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT controls_in, const V *RESTRICT products_in, const V *RESTRICT levers_in)
+BS_INLINE void FN(cga3d_ribbon_ray_3)(BS_APART(V, meets, 12), BS_APART(V, noise, 2), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, controls_in, 40), BS_APART(const V, products_in, 80), BS_APART(const V, levers_in, 4))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -7465,7 +7465,7 @@ BS_INLINE void FN(cga3d_ribbon_ray_3)(V *RESTRICT meets, V *RESTRICT noise, cons
 }
 
 /* cga3d_ribbon_point_3: Point of a ray nearest to a root's carrier: t, `_lengths` and distance there; position, sine squared. 265 mul, 132 add, 14 other. */
-BS_INLINE void FN(cga3d_ribbon_point_3)(V *RESTRICT t_place, V *RESTRICT position, V *RESTRICT sine_square, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_point_3)(BS_APART(V, t_place, 4), BS_APART(V, position, 3), BS_APART(V, sine_square, 1), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 40), BS_APART(const V, products_in, 80))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -7664,7 +7664,7 @@ BS_INLINE void FN(cga3d_ribbon_point_3)(V *RESTRICT t_place, V *RESTRICT positio
 }
 
 /* cga3d_ribbon_position_3: Offset of a position on a pair's carrier from the pair's middle, along the carrier; half of the pair's length. 245 mul, 116 add, 12 other. */
-BS_INLINE void FN(cga3d_ribbon_position_3)(V *RESTRICT place, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_position_3)(BS_APART(V, place, 3), BS_APART(const V, position_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 40), BS_APART(const V, products_in, 80))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -7845,7 +7845,7 @@ BS_INLINE void FN(cga3d_ribbon_position_3)(V *RESTRICT place, const V *RESTRICT 
 }
 
 /* cga3d_ribbon_ends_3: For a ray along the carrier of a pair: where it passes the pair's middle, half of it in t, its distance there. 667 mul, 367 add, 32 other. */
-BS_INLINE void FN(cga3d_ribbon_ends_3)(V *RESTRICT ends, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_ends_3)(BS_APART(V, ends, 7), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 40), BS_APART(const V, products_in, 80))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -8188,7 +8188,7 @@ BS_INLINE void FN(cga3d_ribbon_ends_3)(V *RESTRICT ends, const V *RESTRICT origi
 }
 
 /* cga3d_ribbon_polish_3: Newton step (dt, db) towards X ^ L_C = 0 for X = origin + t direction. 599 mul, 327 add, 20 other. */
-BS_INLINE void FN(cga3d_ribbon_polish_3)(V *RESTRICT step, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT t_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_polish_3)(BS_APART(V, step, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, t_in, 1), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 40), BS_APART(const V, products_in, 80))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -8486,7 +8486,7 @@ BS_INLINE void FN(cga3d_ribbon_polish_3)(V *RESTRICT step, const V *RESTRICT ori
 }
 
 /* cga3d_ribbon_normal_3: Unit normal at a position on the ribbon: of the carrier L_C and of dX = X . (L_C dL_C). 626 mul, 335 add, 26 other. */
-BS_INLINE void FN(cga3d_ribbon_normal_3)(V *RESTRICT out, const V *RESTRICT position_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_normal_3)(BS_APART(V, out, 3), BS_APART(const V, position_in, 3), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 40), BS_APART(const V, products_in, 80))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -8797,7 +8797,7 @@ BS_INLINE void FN(cga3d_ribbon_normal_3)(V *RESTRICT out, const V *RESTRICT posi
 }
 
 /* cga3d_ribbon_polynomial_3: Bernstein coefficients of p = w (E^2 + K B^2) - 2 S0 B E, the product of both branches over w. 300 mul, 183 add. */
-BS_INLINE void FN(cga3d_ribbon_polynomial_3)(V *RESTRICT bernstein, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+BS_INLINE void FN(cga3d_ribbon_polynomial_3)(BS_APART(V, bernstein, 17), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -8899,7 +8899,7 @@ BS_INLINE void FN(cga3d_ribbon_polynomial_3)(V *RESTRICT bernstein, const V *RES
 }
 
 /* cga3d_ribbon_condition_3: m B - w E: L v P for the pair P, up to a positive weight. 62 mul, 28 add, 6 other. */
-BS_INLINE void FN(cga3d_ribbon_condition_3)(V *RESTRICT f, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_ribbon_condition_3)(BS_APART(V, f, 1), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -8957,7 +8957,7 @@ BS_INLINE void FN(cga3d_ribbon_condition_3)(V *RESTRICT f, const V *RESTRICT mee
 }
 
 /* cga3d_ribbon_condition_bound_3: Scale of its rounding error: the absolute values of its terms, and of those of S0, dm = m dS0/s. 76 mul, 35 add, 28 other. */
-BS_INLINE void FN(cga3d_ribbon_condition_bound_3)(V *RESTRICT bound, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_ribbon_condition_bound_3)(BS_APART(V, bound, 1), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -9038,7 +9038,7 @@ BS_INLINE void FN(cga3d_ribbon_condition_bound_3)(V *RESTRICT bound, const V *RE
 }
 
 /* cga3d_ribbon_polynomial_bound_3: Sum of the absolute values of p's terms at (a, b): the scale of its rounding errors. It rises in both. 63 mul, 26 add, 28 other. */
-BS_INLINE void FN(cga3d_ribbon_polynomial_bound_3)(V *RESTRICT bound, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_ribbon_polynomial_bound_3)(BS_APART(V, bound, 1), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -9115,7 +9115,7 @@ BS_INLINE void FN(cga3d_ribbon_polynomial_bound_3)(V *RESTRICT bound, const V *R
 }
 
 /* cga3d_ribbon_published_polynomial_3: Coefficients of 1, t, t^2, .. of the published polynomial of degree 6 n, (4.31): (S0 B - w E)^2 - s^2 B^2. 448 mul, 330 add. */
-BS_INLINE void FN(cga3d_ribbon_published_polynomial_3)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+BS_INLINE void FN(cga3d_ribbon_published_polynomial_3)(BS_APART(V, powers, 19), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -9268,7 +9268,7 @@ BS_INLINE void FN(cga3d_ribbon_published_polynomial_3)(V *RESTRICT powers, const
 }
 
 /* cga3d_ribbon_meet_3: L v P itself, for the unit pair P. 65 mul, 28 add, 8 other. */
-BS_INLINE void FN(cga3d_ribbon_meet_3)(V *RESTRICT f, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_ribbon_meet_3)(BS_APART(V, f, 1), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 7), BS_APART(const V, kappa_in, 9), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -9328,7 +9328,7 @@ BS_INLINE void FN(cga3d_ribbon_meet_3)(V *RESTRICT f, const V *RESTRICT meets_in
 }
 
 /* cga3d_ribbon_constants_2: S0, K, the controls with their binomials, Q C', and sizes, of a curve that begins and ends with pairs. 827 mul, 588 add, 31 other. */
-BS_INLINE void FN(cga3d_ribbon_constants_2)(V *RESTRICT norm, V *RESTRICT kappa, V *RESTRICT scaled, V *RESTRICT products, V *RESTRICT near, const V *RESTRICT controls_in)
+BS_INLINE void FN(cga3d_ribbon_constants_2)(BS_APART(V, norm, 5), BS_APART(V, kappa, 5), BS_APART(V, scaled, 30), BS_APART(V, products, 50), BS_APART(V, near, 8), BS_APART(const V, controls_in, 30))
 {
   const V controls_0_e12 = controls_in[0];
   const V controls_0_e13 = controls_in[1];
@@ -9724,7 +9724,7 @@ BS_INLINE void FN(cga3d_ribbon_constants_2)(V *RESTRICT norm, V *RESTRICT kappa,
 }
 
 /* cga3d_ribbon_ray_2: B = L v C' and E = L v (Q C'), for a line of the direction's weight, and what rounding may leave of each. 61 mul, 49 add, 7 other. */
-BS_INLINE void FN(cga3d_ribbon_ray_2)(V *RESTRICT meets, V *RESTRICT noise, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT controls_in, const V *RESTRICT products_in, const V *RESTRICT levers_in)
+BS_INLINE void FN(cga3d_ribbon_ray_2)(BS_APART(V, meets, 8), BS_APART(V, noise, 2), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, controls_in, 30), BS_APART(const V, products_in, 50), BS_APART(const V, levers_in, 4))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -9817,7 +9817,7 @@ BS_INLINE void FN(cga3d_ribbon_ray_2)(V *RESTRICT meets, V *RESTRICT noise, cons
 }
 
 /* cga3d_ribbon_point_2: Point of a ray nearest to a root's carrier: t, `_lengths` and distance there; position, sine squared. 193 mul, 98 add, 14 other. */
-BS_INLINE void FN(cga3d_ribbon_point_2)(V *RESTRICT t_place, V *RESTRICT position, V *RESTRICT sine_square, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_point_2)(BS_APART(V, t_place, 4), BS_APART(V, position, 3), BS_APART(V, sine_square, 1), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 30), BS_APART(const V, products_in, 50))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -9964,7 +9964,7 @@ BS_INLINE void FN(cga3d_ribbon_point_2)(V *RESTRICT t_place, V *RESTRICT positio
 }
 
 /* cga3d_ribbon_position_2: Offset of a position on a pair's carrier from the pair's middle, along the carrier; half of the pair's length. 173 mul, 82 add, 12 other. */
-BS_INLINE void FN(cga3d_ribbon_position_2)(V *RESTRICT place, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_position_2)(BS_APART(V, place, 3), BS_APART(const V, position_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 30), BS_APART(const V, products_in, 50))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -10093,7 +10093,7 @@ BS_INLINE void FN(cga3d_ribbon_position_2)(V *RESTRICT place, const V *RESTRICT 
 }
 
 /* cga3d_ribbon_ends_2: For a ray along the carrier of a pair: where it passes the pair's middle, half of it in t, its distance there. 451 mul, 261 add, 32 other. */
-BS_INLINE void FN(cga3d_ribbon_ends_2)(V *RESTRICT ends, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_ends_2)(BS_APART(V, ends, 7), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 30), BS_APART(const V, products_in, 50))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -10354,7 +10354,7 @@ BS_INLINE void FN(cga3d_ribbon_ends_2)(V *RESTRICT ends, const V *RESTRICT origi
 }
 
 /* cga3d_ribbon_polish_2: Newton step (dt, db) towards X ^ L_C = 0 for X = origin + t direction. 383 mul, 221 add, 20 other. */
-BS_INLINE void FN(cga3d_ribbon_polish_2)(V *RESTRICT step, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT t_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_polish_2)(BS_APART(V, step, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, t_in, 1), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 30), BS_APART(const V, products_in, 50))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -10572,7 +10572,7 @@ BS_INLINE void FN(cga3d_ribbon_polish_2)(V *RESTRICT step, const V *RESTRICT ori
 }
 
 /* cga3d_ribbon_normal_2: Unit normal at a position on the ribbon: of the carrier L_C and of dX = X . (L_C dL_C). 410 mul, 229 add, 26 other. */
-BS_INLINE void FN(cga3d_ribbon_normal_2)(V *RESTRICT out, const V *RESTRICT position_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_normal_2)(BS_APART(V, out, 3), BS_APART(const V, position_in, 3), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 30), BS_APART(const V, products_in, 50))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -10801,7 +10801,7 @@ BS_INLINE void FN(cga3d_ribbon_normal_2)(V *RESTRICT out, const V *RESTRICT posi
 }
 
 /* cga3d_ribbon_polynomial_2: Bernstein coefficients of p = w (E^2 + K B^2) - 2 S0 B E, the product of both branches over w. 137 mul, 73 add. */
-BS_INLINE void FN(cga3d_ribbon_polynomial_2)(V *RESTRICT bernstein, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+BS_INLINE void FN(cga3d_ribbon_polynomial_2)(BS_APART(V, bernstein, 11), BS_APART(const V, meets_in, 8), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -10863,7 +10863,7 @@ BS_INLINE void FN(cga3d_ribbon_polynomial_2)(V *RESTRICT bernstein, const V *RES
 }
 
 /* cga3d_ribbon_condition_2: m B - w E: L v P for the pair P, up to a positive weight. 38 mul, 18 add, 6 other. */
-BS_INLINE void FN(cga3d_ribbon_condition_2)(V *RESTRICT f, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_ribbon_condition_2)(BS_APART(V, f, 1), BS_APART(const V, meets_in, 8), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -10906,7 +10906,7 @@ BS_INLINE void FN(cga3d_ribbon_condition_2)(V *RESTRICT f, const V *RESTRICT mee
 }
 
 /* cga3d_ribbon_condition_bound_2: Scale of its rounding error: the absolute values of its terms, and of those of S0, dm = m dS0/s. 48 mul, 23 add, 22 other. */
-BS_INLINE void FN(cga3d_ribbon_condition_bound_2)(V *RESTRICT bound, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_ribbon_condition_bound_2)(BS_APART(V, bound, 1), BS_APART(const V, meets_in, 8), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -10965,7 +10965,7 @@ BS_INLINE void FN(cga3d_ribbon_condition_bound_2)(V *RESTRICT bound, const V *RE
 }
 
 /* cga3d_ribbon_polynomial_bound_2: Sum of the absolute values of p's terms at (a, b): the scale of its rounding errors. It rises in both. 39 mul, 16 add, 18 other. */
-BS_INLINE void FN(cga3d_ribbon_polynomial_bound_2)(V *RESTRICT bound, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_ribbon_polynomial_bound_2)(BS_APART(V, bound, 1), BS_APART(const V, meets_in, 8), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -11016,7 +11016,7 @@ BS_INLINE void FN(cga3d_ribbon_polynomial_bound_2)(V *RESTRICT bound, const V *R
 }
 
 /* cga3d_ribbon_published_polynomial_2: Coefficients of 1, t, t^2, .. of the published polynomial of degree 6 n, (4.31): (S0 B - w E)^2 - s^2 B^2. 214 mul, 148 add. */
-BS_INLINE void FN(cga3d_ribbon_published_polynomial_2)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+BS_INLINE void FN(cga3d_ribbon_published_polynomial_2)(BS_APART(V, powers, 13), BS_APART(const V, meets_in, 8), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -11102,7 +11102,7 @@ BS_INLINE void FN(cga3d_ribbon_published_polynomial_2)(V *RESTRICT powers, const
 }
 
 /* cga3d_ribbon_meet_2: L v P itself, for the unit pair P. 41 mul, 18 add, 8 other. */
-BS_INLINE void FN(cga3d_ribbon_meet_2)(V *RESTRICT f, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_ribbon_meet_2)(BS_APART(V, f, 1), BS_APART(const V, meets_in, 8), BS_APART(const V, norm_in, 5), BS_APART(const V, kappa_in, 5), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -11147,7 +11147,7 @@ BS_INLINE void FN(cga3d_ribbon_meet_2)(V *RESTRICT f, const V *RESTRICT meets_in
 }
 
 /* cga3d_evolved_sizes_1: Size of Q relative to the products that it is made of, and the most that the terms of p can add up to. 65 mul, 47 add, 16 other. */
-BS_INLINE void FN(cga3d_evolved_sizes_1)(V *RESTRICT sizes, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT quad_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_sizes_1)(BS_APART(V, sizes, 2), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, quad_in, 5), BS_APART(const V, controls_in, 20), BS_APART(const V, products_in, 20))
 {
   const V norm_0 = norm_in[0];
   const V norm_1 = norm_in[1];
@@ -11243,7 +11243,7 @@ BS_INLINE void FN(cga3d_evolved_sizes_1)(V *RESTRICT sizes, const V *RESTRICT no
 }
 
 /* cga3d_evolved_meets_1: Coefficients of the meets B = L v C' and E = L v (Q C') of the unit line L = X ^ D ^ n_inf. 91 mul, 68 add, 1 other. */
-BS_INLINE void FN(cga3d_evolved_meets_1)(V *RESTRICT meets, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_meets_1)(BS_APART(V, meets, 12), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, controls_in, 20), BS_APART(const V, products_in, 20))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -11327,7 +11327,7 @@ BS_INLINE void FN(cga3d_evolved_meets_1)(V *RESTRICT meets, const V *RESTRICT or
 }
 
 /* cga3d_evolved_point_1: Hit of a ray on the plane of a root's circle: (t, squared cosine to the circle's axis), position; far away. 72 mul, 30 add, 10 other. */
-BS_INLINE void FN(cga3d_evolved_point_1)(V *RESTRICT t_cosine, V *RESTRICT position, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_point_1)(BS_APART(V, t_cosine, 5), BS_APART(V, position, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 20), BS_APART(const V, products_in, 20))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -11399,7 +11399,7 @@ BS_INLINE void FN(cga3d_evolved_point_1)(V *RESTRICT t_cosine, V *RESTRICT posit
 }
 
 /* cga3d_evolved_sphere_1: Both parameters t of the ray on the sphere that has the circle as equator. 131 mul, 68 add, 10 other. */
-BS_INLINE void FN(cga3d_evolved_sphere_1)(V *RESTRICT t, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_sphere_1)(BS_APART(V, t, 2), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 20), BS_APART(const V, products_in, 20))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -11500,7 +11500,7 @@ BS_INLINE void FN(cga3d_evolved_sphere_1)(V *RESTRICT t, const V *RESTRICT origi
 }
 
 /* cga3d_evolved_polish_1: Gauss-Newton step (dt, db) towards X ^ C = 0 for X = F(origin + t direction); last dt with the circle kept. 217 mul, 161 add, 9 other. */
-BS_INLINE void FN(cga3d_evolved_polish_1)(V *RESTRICT step, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT t_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_polish_1)(BS_APART(V, step, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, t_in, 1), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 20), BS_APART(const V, products_in, 20))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -11642,7 +11642,7 @@ BS_INLINE void FN(cga3d_evolved_polish_1)(V *RESTRICT step, const V *RESTRICT or
 }
 
 /* cga3d_evolved_normal_1: Unit normal at a position on the surface: that of the sphere through the circle that touches the surface there. 99 mul, 69 add, 14 other. */
-BS_INLINE void FN(cga3d_evolved_normal_1)(V *RESTRICT out, const V *RESTRICT position_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_normal_1)(BS_APART(V, out, 3), BS_APART(const V, position_in, 3), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 20), BS_APART(const V, products_in, 20))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -11746,7 +11746,7 @@ BS_INLINE void FN(cga3d_evolved_normal_1)(V *RESTRICT out, const V *RESTRICT pos
 }
 
 /* cga3d_evolved_condition_1: 2 s^2 m (L v C)^2: the square of the meet Y = m B - w E with the circle as `evolved_circle` has it. 31 mul, 15 add, 6 other. */
-BS_INLINE void FN(cga3d_evolved_condition_1)(V *RESTRICT f, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_evolved_condition_1)(BS_APART(V, f, 1), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -11783,7 +11783,7 @@ BS_INLINE void FN(cga3d_evolved_condition_1)(V *RESTRICT f, const V *RESTRICT me
 }
 
 /* cga3d_evolved_polynomial_1: Bernstein coefficients of p = 4 (S0 u - w x)(S0 e - K w x) + w^2 (K u - e)^2, the product of both branches. 106 mul, 56 add. */
-BS_INLINE void FN(cga3d_evolved_polynomial_1)(V *RESTRICT bernstein, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+BS_INLINE void FN(cga3d_evolved_polynomial_1)(BS_APART(V, bernstein, 9), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -11841,7 +11841,7 @@ BS_INLINE void FN(cga3d_evolved_polynomial_1)(V *RESTRICT bernstein, const V *RE
 }
 
 /* cga3d_evolved_condition_rate_1: The condition and its derivative by t, 2 Y . dY with dY = dm B + (m dB - d(w E)): only dm divides, by s. 56 mul, 37 add, 7 other. */
-BS_INLINE void FN(cga3d_evolved_condition_rate_1)(V *RESTRICT f_rate, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_evolved_condition_rate_1)(BS_APART(V, f_rate, 2), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -11892,7 +11892,7 @@ BS_INLINE void FN(cga3d_evolved_condition_rate_1)(V *RESTRICT f_rate, const V *R
 }
 
 /* cga3d_evolved_polynomial_bound_1: Sum of the absolute values of p's terms at (a, b): the scale of its rounding errors. It rises in both. 62 mul, 29 add, 13 other. */
-BS_INLINE void FN(cga3d_evolved_polynomial_bound_1)(V *RESTRICT bound, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_evolved_polynomial_bound_1)(BS_APART(V, bound, 1), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -11940,7 +11940,7 @@ BS_INLINE void FN(cga3d_evolved_polynomial_bound_1)(V *RESTRICT bound, const V *
 }
 
 /* cga3d_evolved_condition_bound_1: Scale of the condition's rounding error: |Y| times that of Y, and a term of second order. 156 mul, 98 add, 77 other. */
-BS_INLINE void FN(cga3d_evolved_condition_bound_1)(V *RESTRICT bound, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_evolved_condition_bound_1)(BS_APART(V, bound, 1), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 20), BS_APART(const V, products_in, 20))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -12111,7 +12111,7 @@ BS_INLINE void FN(cga3d_evolved_condition_bound_1)(V *RESTRICT bound, const V *R
 }
 
 /* cga3d_common_sphere_meets_1: Coefficients of u, for circles that lie on one sphere, Q = 0: f is u up to a positive factor. 11 mul, 4 add. */
-BS_INLINE void FN(cga3d_common_sphere_meets_1)(V *RESTRICT u, const V *RESTRICT meets_in, const V *RESTRICT norm_in)
+BS_INLINE void FN(cga3d_common_sphere_meets_1)(BS_APART(V, u, 3), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 3))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -12127,7 +12127,7 @@ BS_INLINE void FN(cga3d_common_sphere_meets_1)(V *RESTRICT u, const V *RESTRICT 
 }
 
 /* cga3d_common_sphere_condition_1: u as the square of the meet B, and its derivative by t. 13 mul, 9 add. */
-BS_INLINE void FN(cga3d_common_sphere_condition_1)(V *RESTRICT f_rate, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_common_sphere_condition_1)(BS_APART(V, f_rate, 2), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 3), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -12147,7 +12147,7 @@ BS_INLINE void FN(cga3d_common_sphere_condition_1)(V *RESTRICT f_rate, const V *
 }
 
 /* cga3d_common_sphere_condition_bound_1: Scale of the rounding error of the square of B. 82 mul, 50 add, 45 other. */
-BS_INLINE void FN(cga3d_common_sphere_condition_bound_1)(V *RESTRICT bound, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in)
+BS_INLINE void FN(cga3d_common_sphere_condition_bound_1)(BS_APART(V, bound, 1), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 3), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 20))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -12242,7 +12242,7 @@ BS_INLINE void FN(cga3d_common_sphere_condition_bound_1)(V *RESTRICT bound, cons
 }
 
 /* cga3d_common_sphere_polynomial_1: Bernstein coefficients of u. 1 mul, 0 add. */
-BS_INLINE void FN(cga3d_common_sphere_polynomial_1)(V *RESTRICT bernstein, const V *RESTRICT u_in)
+BS_INLINE void FN(cga3d_common_sphere_polynomial_1)(BS_APART(V, bernstein, 3), BS_APART(const V, u_in, 3))
 {
   const V u_0 = u_in[0];
   const V u_1 = u_in[1];
@@ -12253,7 +12253,7 @@ BS_INLINE void FN(cga3d_common_sphere_polynomial_1)(V *RESTRICT bernstein, const
 }
 
 /* cga3d_common_sphere_bound_1: Sum of the absolute values of the terms of u as a polynomial. 5 mul, 2 add, 3 other. */
-BS_INLINE void FN(cga3d_common_sphere_bound_1)(V *RESTRICT bound, const V *RESTRICT u_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_common_sphere_bound_1)(BS_APART(V, bound, 1), BS_APART(const V, u_in, 3), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V u_0 = u_in[0];
   const V u_1 = u_in[1];
@@ -12267,7 +12267,7 @@ BS_INLINE void FN(cga3d_common_sphere_bound_1)(V *RESTRICT bound, const V *RESTR
 }
 
 /* cga3d_evolved_published_polynomial_1: Coefficients of 1, t, t^2, .. of the published polynomial of degree 12 n, (4.16) with its sides subtracted. 275 mul, 169 add. */
-BS_INLINE void FN(cga3d_evolved_published_polynomial_1)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+BS_INLINE void FN(cga3d_evolved_published_polynomial_1)(BS_APART(V, powers, 13), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -12370,7 +12370,7 @@ BS_INLINE void FN(cga3d_evolved_published_polynomial_1)(V *RESTRICT powers, cons
 }
 
 /* cga3d_evolved_meet_square_1: f = (L v C)^2 itself, for the unit circle C. 35 mul, 15 add, 7 other. */
-BS_INLINE void FN(cga3d_evolved_meet_square_1)(V *RESTRICT f, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_evolved_meet_square_1)(BS_APART(V, f, 1), BS_APART(const V, meets_in, 12), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -12408,7 +12408,7 @@ BS_INLINE void FN(cga3d_evolved_meet_square_1)(V *RESTRICT f, const V *RESTRICT 
 }
 
 /* cga3d_ribbon_constants_1: S0, K, the controls with their binomials, Q C', and sizes, of a curve that begins and ends with pairs. 167 mul, 170 add, 21 other. */
-BS_INLINE void FN(cga3d_ribbon_constants_1)(V *RESTRICT norm, V *RESTRICT kappa, V *RESTRICT scaled, V *RESTRICT products, V *RESTRICT near, const V *RESTRICT controls_in)
+BS_INLINE void FN(cga3d_ribbon_constants_1)(BS_APART(V, norm, 3), BS_APART(V, kappa, 1), BS_APART(V, scaled, 20), BS_APART(V, products, 20), BS_APART(V, near, 8), BS_APART(const V, controls_in, 20))
 {
   const V controls_0_e12 = controls_in[0];
   const V controls_0_e13 = controls_in[1];
@@ -12574,7 +12574,7 @@ BS_INLINE void FN(cga3d_ribbon_constants_1)(V *RESTRICT norm, V *RESTRICT kappa,
 }
 
 /* cga3d_ribbon_ray_1: B = L v C' and E = L v (Q C'), for a line of the direction's weight, and what rounding may leave of each. 37 mul, 29 add, 7 other. */
-BS_INLINE void FN(cga3d_ribbon_ray_1)(V *RESTRICT meets, V *RESTRICT noise, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT controls_in, const V *RESTRICT products_in, const V *RESTRICT levers_in)
+BS_INLINE void FN(cga3d_ribbon_ray_1)(BS_APART(V, meets, 4), BS_APART(V, noise, 2), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, controls_in, 20), BS_APART(const V, products_in, 20), BS_APART(const V, levers_in, 4))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -12635,7 +12635,7 @@ BS_INLINE void FN(cga3d_ribbon_ray_1)(V *RESTRICT meets, V *RESTRICT noise, cons
 }
 
 /* cga3d_ribbon_point_1: Point of a ray nearest to a root's carrier: t, `_lengths` and distance there; position, sine squared. 123 mul, 64 add, 14 other. */
-BS_INLINE void FN(cga3d_ribbon_point_1)(V *RESTRICT t_place, V *RESTRICT position, V *RESTRICT sine_square, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_point_1)(BS_APART(V, t_place, 4), BS_APART(V, position, 3), BS_APART(V, sine_square, 1), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 20), BS_APART(const V, products_in, 20))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -12736,7 +12736,7 @@ BS_INLINE void FN(cga3d_ribbon_point_1)(V *RESTRICT t_place, V *RESTRICT positio
 }
 
 /* cga3d_ribbon_position_1: Offset of a position on a pair's carrier from the pair's middle, along the carrier; half of the pair's length. 103 mul, 48 add, 12 other. */
-BS_INLINE void FN(cga3d_ribbon_position_1)(V *RESTRICT place, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_position_1)(BS_APART(V, place, 3), BS_APART(const V, position_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 20), BS_APART(const V, products_in, 20))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -12819,7 +12819,7 @@ BS_INLINE void FN(cga3d_ribbon_position_1)(V *RESTRICT place, const V *RESTRICT 
 }
 
 /* cga3d_ribbon_ends_1: For a ray along the carrier of a pair: where it passes the pair's middle, half of it in t, its distance there. 239 mul, 155 add, 32 other. */
-BS_INLINE void FN(cga3d_ribbon_ends_1)(V *RESTRICT ends, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_ends_1)(BS_APART(V, ends, 7), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 20), BS_APART(const V, products_in, 20))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -13002,7 +13002,7 @@ BS_INLINE void FN(cga3d_ribbon_ends_1)(V *RESTRICT ends, const V *RESTRICT origi
 }
 
 /* cga3d_ribbon_polish_1: Newton step (dt, db) towards X ^ L_C = 0 for X = origin + t direction. 171 mul, 115 add, 20 other. */
-BS_INLINE void FN(cga3d_ribbon_polish_1)(V *RESTRICT step, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT t_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_polish_1)(BS_APART(V, step, 3), BS_APART(const V, origin_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, t_in, 1), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 20), BS_APART(const V, products_in, 20))
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -13142,7 +13142,7 @@ BS_INLINE void FN(cga3d_ribbon_polish_1)(V *RESTRICT step, const V *RESTRICT ori
 }
 
 /* cga3d_ribbon_normal_1: Unit normal at a position on the ribbon: of the carrier L_C and of dX = X . (L_C dL_C). 198 mul, 123 add, 26 other. */
-BS_INLINE void FN(cga3d_ribbon_normal_1)(V *RESTRICT out, const V *RESTRICT position_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+BS_INLINE void FN(cga3d_ribbon_normal_1)(BS_APART(V, out, 3), BS_APART(const V, position_in, 3), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1), BS_APART(const V, controls_in, 20), BS_APART(const V, products_in, 20))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -13293,7 +13293,7 @@ BS_INLINE void FN(cga3d_ribbon_normal_1)(V *RESTRICT out, const V *RESTRICT posi
 }
 
 /* cga3d_ribbon_polynomial_1: Bernstein coefficients of p = w (E^2 + K B^2) - 2 S0 B E, the product of both branches over w. 32 mul, 11 add. */
-BS_INLINE void FN(cga3d_ribbon_polynomial_1)(V *RESTRICT bernstein, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+BS_INLINE void FN(cga3d_ribbon_polynomial_1)(BS_APART(V, bernstein, 5), BS_APART(const V, meets_in, 4), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -13317,7 +13317,7 @@ BS_INLINE void FN(cga3d_ribbon_polynomial_1)(V *RESTRICT bernstein, const V *RES
 }
 
 /* cga3d_ribbon_condition_1: m B - w E: L v P for the pair P, up to a positive weight. 16 mul, 8 add, 6 other. */
-BS_INLINE void FN(cga3d_ribbon_condition_1)(V *RESTRICT f, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_ribbon_condition_1)(BS_APART(V, f, 1), BS_APART(const V, meets_in, 4), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -13344,7 +13344,7 @@ BS_INLINE void FN(cga3d_ribbon_condition_1)(V *RESTRICT f, const V *RESTRICT mee
 }
 
 /* cga3d_ribbon_condition_bound_1: Scale of its rounding error: the absolute values of its terms, and of those of S0, dm = m dS0/s. 22 mul, 11 add, 16 other. */
-BS_INLINE void FN(cga3d_ribbon_condition_bound_1)(V *RESTRICT bound, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_ribbon_condition_bound_1)(BS_APART(V, bound, 1), BS_APART(const V, meets_in, 4), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -13382,7 +13382,7 @@ BS_INLINE void FN(cga3d_ribbon_condition_bound_1)(V *RESTRICT bound, const V *RE
 }
 
 /* cga3d_ribbon_polynomial_bound_1: Sum of the absolute values of p's terms at (a, b): the scale of its rounding errors. It rises in both. 17 mul, 6 add, 8 other. */
-BS_INLINE void FN(cga3d_ribbon_polynomial_bound_1)(V *RESTRICT bound, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_ribbon_polynomial_bound_1)(BS_APART(V, bound, 1), BS_APART(const V, meets_in, 4), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -13409,7 +13409,7 @@ BS_INLINE void FN(cga3d_ribbon_polynomial_bound_1)(V *RESTRICT bound, const V *R
 }
 
 /* cga3d_ribbon_closed_alpha_1: t of the pair whose carrier a ray meets, for two pairs on one circle (4.7.3). 1 mul, 1 add, 1 other. */
-BS_INLINE void FN(cga3d_ribbon_closed_alpha_1)(V *RESTRICT alpha, const V *RESTRICT meets_in)
+BS_INLINE void FN(cga3d_ribbon_closed_alpha_1)(BS_APART(V, alpha, 1), BS_APART(const V, meets_in, 4))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -13418,7 +13418,7 @@ BS_INLINE void FN(cga3d_ribbon_closed_alpha_1)(V *RESTRICT alpha, const V *RESTR
 }
 
 /* cga3d_ribbon_published_polynomial_1: Coefficients of 1, t, t^2, .. of the published polynomial of degree 6 n, (4.31): (S0 B - w E)^2 - s^2 B^2. 62 mul, 36 add. */
-BS_INLINE void FN(cga3d_ribbon_published_polynomial_1)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+BS_INLINE void FN(cga3d_ribbon_published_polynomial_1)(BS_APART(V, powers, 7), BS_APART(const V, meets_in, 4), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -13455,7 +13455,7 @@ BS_INLINE void FN(cga3d_ribbon_published_polynomial_1)(V *RESTRICT powers, const
 }
 
 /* cga3d_ribbon_meet_1: L v P itself, for the unit pair P. 19 mul, 8 add, 8 other. */
-BS_INLINE void FN(cga3d_ribbon_meet_1)(V *RESTRICT f, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_ribbon_meet_1)(BS_APART(V, f, 1), BS_APART(const V, meets_in, 4), BS_APART(const V, norm_in, 3), BS_APART(const V, kappa_in, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];

@@ -19,7 +19,8 @@ from ..codegen.build import cache
 from ..codegen.build.cpu_features import best_instances, processor_name
 from ..codegen.build.extension import compiler, has_python_headers
 from ..codegen.build.flags import C_FLAGS, compiled_files, source_hash, unit_file
-from ..codegen.errors import BladesmithError
+from ..codegen.errors import BladesmithError, MissingExtraError
+from ..codegen.execute import nvrtc
 from ..codegen.targets.c.instances import PORTABLE
 from ..codegen.targets.capabilities import PROGRAMS, TARGETS, compiled_only
 from ..codegen.version import __version__
@@ -72,7 +73,8 @@ def c_compiler() -> Facts:
     if chosen is None:
         asked = os.environ.get("CC")
         why = f"CC={asked!r} does not run" if asked else "none found"
-        return {"compiler": f"{why}; install gcc or clang, or set CC to one", "without it": _without_compiler()}
+        remedy = "install gcc or clang, set CC to one, or: pip install ziglang"
+        return {"compiler": f"{why}; {remedy}", "without it": _without_compiler()}
     return {
         "compiler": f"{' '.join(chosen.command)}: {chosen.summary}",
         "flags": " ".join(C_FLAGS),
@@ -94,7 +96,7 @@ def targets() -> Facts:
 
 
 def programs() -> Facts:
-    """What runs on which target, whether it is available or not."""
+    """Table of what runs on which target, whether it is available or not."""
     return {name: "; ".join(f"{t.name}: {t.programs[name]}" for t in TARGETS) for name in PROGRAMS}
 
 
@@ -170,12 +172,14 @@ def _numba() -> str:
 
 
 def _cuda() -> str:
-    """Without touching a device: the compiler is a package, the driver a library."""
-    if find_spec("nvidia") is None or find_spec("nvidia.cuda_nvrtc") is None:
+    """Without touching a device: the compiler and the driver are libraries."""
+    try:
+        major, minor = nvrtc.version()
+    except MissingExtraError:
         return "no: pip install 'bladesmith[cuda]'"
     devices = _devices()
     run = f"runs on {', '.join(devices)}" if devices else "no device here: compiles, does not run"
-    return f"NVRTC {_version('nvidia-cuda-nvrtc-cu12')}; {run}"
+    return f"NVRTC {major}.{minor}; {run}"
 
 
 def _devices() -> list[str]:

@@ -6,6 +6,7 @@ import difflib
 import json
 import os
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -39,25 +40,31 @@ def command(
     formulas (see sources.json); without them everything is made anew.
     """
     from ..codegen.build.stamps import generated_files
-    from ..codegen.generator import generate, generate_programs, outdated_modules
+    from ..codegen.generator import HEADERS, generate, generate_headers, generate_programs, outdated_modules
 
     if search and (check or update):
         raise InputError("--search makes everything anew; give it without --check and --update.")
     folder = out or (_installed_folder() if check else Path("generated"))
     if check and not folder.is_dir():
         raise InputError(f"{folder} is not a folder; --check compares what is generated there.")
-    stock = spec is None and signature is None
+    stock, specs = spec is None and signature is None, _specs(spec, signature, name)
     if check and stock and (stale := outdated_modules(folder, printers=True)):  # digests tell: nothing is traced
         _report_outdated(stale)
+    processes = os.cpu_count() or 1
     made = {}
-    for data in _specs(spec, signature, name):
-        texts = generated_files(folder / str(data["name"]))
-        forms = {} if search else _recorded_forms(folder / str(data["name"]), texts)
-        made[str(data["name"])] = generate(
-            data, forms, feedback.shows_bars, texts if check or update else None, os.cpu_count() or 1
-        )
-    if stock:
-        made.update(generate_programs(anew=not (check or update)))
+    with ThreadPoolExecutor(1) as beside:
+        if stock:
+            programs = beside.submit(generate_programs, not (check or update), processes)
+        for data in specs:
+            texts = generated_files(folder / str(data["name"]))
+            forms = {} if search else _recorded_forms(folder / str(data["name"]), texts)
+            made[str(data["name"])] = generate(
+                data, forms, feedback.shows_bars, texts if check or update else None, processes
+            )
+        if stock:
+            made.update(programs.result())
+    if stock and (folder / HEADERS).is_dir():  # a checkout, or an installed package
+        made[HEADERS] = generate_headers()
     differences = []
     for stem, files in made.items():
         target, old = folder / stem, generated_files(folder / stem)

@@ -34,8 +34,8 @@ NOTICE = "preparing: what such a mechanism needs is compiled once, and kept"
 @click.option("--duration", type=float, help="Of the path; default: the file's, or 1.")
 @click.option("--samples", type=int, help="Times of the path; default: the file's, or 101.")
 @click.option("--box", type=float, nargs=6, metavar="X X Y Y Z Z", help="Of the workspace: least and greatest.")
-@click.option("--tip", help="Of a URDF: the link that is moved; default: the one behind most joints.")
-@click.option("--root", help="Of a URDF: the link that is fixed; default: the root of the file.")
+@click.option("--tip", help="Of a robot's file: the link that is moved; default: the one behind most joints.")
+@click.option("--root", help="Of a robot's file: the link that is fixed; default: its root.")
 @click.option("--json", "as_json", is_flag=True, help="The report as JSON.")
 @options.feedback
 def command(
@@ -44,10 +44,11 @@ def command(
 ) -> int:  # fmt: skip
     """Say what a mechanism can do, draw it, move it.
 
-    ROBOT is a .toml file that describes a Delta robot, a mechanism of bodies and joints or names a URDF file, or a
-    .urdf file itself. The report on stdout has bodies, joints, mobility, free motions, redundant constraints, and the
-    Jacobian with its condition number at the pose. The exit status is 1 if the robot cannot take the pose, or not all
-    of its path: what there is of that goes to motion.partial.csv, beside the file that was asked for.
+    ROBOT is a .toml file that describes a Delta robot, a mechanism of bodies and joints or names a robot's file, or
+    that file itself: .urdf, .sdf, or .xml and .mjcf of MuJoCo. The report on stdout has bodies, joints, mobility, free
+    motions, redundant constraints, and the Jacobian with its condition number at the pose. The exit status is 1 if the
+    robot cannot take the pose, or not all of its path: what there is of that goes to motion.partial.csv, beside the
+    file that was asked for.
     """
     from ..kinematics.io.reader import load_mechanism
 

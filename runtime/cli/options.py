@@ -26,7 +26,7 @@ Decorator = Callable[[Any], Any]
 
 @dataclass(frozen=True)
 class Feedback:
-    """What a command says while it works.
+    """Messages of a command while it works.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Feedback:
 
     @property
     def shows_bars(self) -> bool:
-        """Whether bars and notices are shown."""
+        """True if bars and notices are shown."""
         return sys.stderr.isatty() if self.requested is None else self.requested
 
     def say(self, *lines: str) -> None:

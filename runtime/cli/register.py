@@ -30,6 +30,12 @@ NOTICE = "preparing: what these kinds of object need is compiled once, and kept"
     "global: from any displacement; proximity: from where the query stands; or a result to go on from.",
 )
 @options.flag("--oriented", "Directions must agree; default: an object and its negative are one.")
+@options.option_with_default(
+    "--loss",
+    "linear",
+    "How matches that are far off count in the refinement.",
+    click.Choice(["linear", "huber", "soft_l1", "cauchy", "tukey"]),
+)
 @options.option_with_default("--length", 1.0, "What a radian counts as, in sizes of the models.")
 @options.flag("--similarity", "The reference may be larger or smaller than the query: find the scale too.")
 @options.feedback
@@ -39,18 +45,21 @@ def command(
 ) -> int:  # fmt: skip
     """Find the pose that lays the models of QUERY on those of REFERENCE, and which objects are one.
 
+    Models are JSON files, or the segments of .obj (elements l) and .ply (edges). A result that ends in .tum has the
+    pose, and those that serve as well, as a trajectory: timestamp tx ty tz qx qy qz qw, numbered from 0.
+
     Says on stdout what was found. The exit status is 1 if the pose is not to be relied on. Ctrl-C keeps the best so
     far, in result.partial.json beside the file that was asked for.
     """
     from ..errors import Interrupted
     from ..plot.style import check_suffix
-    from ..registration import Model, register
+    from ..registration import register
     from ..registration.summary import summary
 
     check_outputs([x for x in (output, picture) if x is not None], [query, reference], "a model")
     if picture is not None:
         check_suffix(picture)
-    models = Model.load(query), Model.load(reference)
+    models = _load(query), _load(reference)
     settings["align"] = not oriented
     described = {**settings, "start": start}
     begin = _start(start, settings["similarity"])
@@ -72,6 +81,14 @@ def command(
     return 0 if result.converged else 1
 
 
+def _load(path: Path) -> Any:
+    """A model: a JSON file, or the segments of a drawing."""
+    from ..interchange.polylines import FORMATS
+    from ..registration import Model, model_from_edges
+
+    return model_from_edges(path) if path.suffix.lower() in FORMATS else Model.load(path)
+
+
 def _start(start: str, similarity: bool) -> Any:
     """Value of ``start``: a name, or the motor of a saved result."""
     from ..errors import InputError
@@ -91,6 +108,12 @@ def _write(path: Path, record: tuple[Any, ...]) -> None:
     from ..common.files import write_file
     from ..registration.io.result_file import registration_text
 
+    if path.suffix.lower() == ".tum":
+        from ..poses import save_tum
+
+        motors = [record[0].motor, *record[0].ambiguous]
+        save_tum(path, range(len(motors)), motors)
+        return
     write_file(path, registration_text(*record))
 
 

@@ -35,14 +35,14 @@ def check_arity(function: Callable[..., Any], counts: tuple[int, ...], what: str
 
 
 def one_line(error: BaseException) -> str:
-    """What a user's function raised, on one line."""
+    """Error of a user's function, on one line."""
     if isinstance(error, BladesmithError):
         return error.what
     return f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
 
 
 class GuardedCallback:
-    """A user's function, whose failures before a run are told like all bad input.
+    """A user's function, whose failures before a run are reported like all bad input.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class GuardedCallback:
     what : str
         What it is, for messages.
     check : callable, optional
-        Raises an `InputError` of a value that is no answer.
+        Raises an `InputError` of a value that is not valid.
     """
 
     def __init__(

@@ -40,7 +40,7 @@ REMEDY = "Give an open concurrent.futures.Executor"
 
 
 class Task(ABC):
-    """What all pieces of a job have in common. Instances can be pickled."""
+    """Data that all pieces of a job share. Instances can be pickled."""
 
     #: Whether each thread of a worker has a state of its own.
     per_thread: ClassVar[bool] = False
@@ -108,7 +108,7 @@ class Calls:
     Raises
     ------
     InputError
-        If it is no executor.
+        If it is not an executor.
     """
 
     def __init__(self, executor: Executor, payload: Payload, attached: bool = True) -> None:
@@ -354,7 +354,7 @@ class _Cache:
 
 
 class _ThreadCache(_Cache, threading.local):
-    """The same for each thread."""
+    """States for each thread."""
 
 
 _of_process, _of_thread = _Cache(), _ThreadCache()

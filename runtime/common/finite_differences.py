@@ -91,7 +91,7 @@ class Differences:
                 return best
         except InputError:
             pass
-        self._bounded = True  # and what fails inside is told
+        self._bounded = True  # and what fails inside is reported
         most = (end - begin) / (POINTS + 1)
         inside = [h for h in steps if h < most] or [most]
         return inside[_best_step([self._error(h) for h in inside])]

@@ -26,16 +26,18 @@ MAX_SCALE = {F64: 1e70, F32: 1e8}
 UNIT = ("x * ~x - 1",)
 
 
-def exp(x: P) -> P:
+def exp(x: P, strict: bool = False) -> P:
     """exp(x): in closed form for bivectors, where there is one, else by halving and a series.
 
     The closed forms are for bivectors of motors in every algebra, and for all bivectors of up to five dimensions if one
     signature of the metric has at most one vector. INVALID: it is not finite.
     """
     formula = x._type.memoize("exp", lambda: _exp_formula(x)) if x.grades == (2,) else ""
-    if not formula:
-        return invalidate_nonfinite(_exp_series(x))
-    return invalidate_nonfinite(_as_versor(evaluate(x.algebra, formula, x).value))  # type: ignore[no-any-return]
+    value = _as_versor(evaluate(x.algebra, formula, x).value) if formula else _exp_series(x)
+    result: P = invalidate_nonfinite(value)
+    if as_bool(strict, "strict"):
+        raise_first(result._status, "exp")
+    return result
 
 
 def _exp_formula(x: Operators) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, overload
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -21,6 +21,8 @@ from ..codegen.errors import BladeError, GradeError, InputError
 from ..common.deprecation import renamed_attribute
 from ..common.dtypes import F64, as_precision
 from ..common.validation import as_choice, real_array
+from ..dispatch.formulas import array_result
+from ..dispatch.multivector_data import Statuses
 from ..dispatch.stock_kernels import StockKernels
 from ..dispatch.types import TypedAlgebra
 from . import construction, formatting, functions, kind_constraints, linear_maps
@@ -48,9 +50,13 @@ class Multivector(Operators):
 
     # -- functions -----------------------------------------------------------------------------------------
 
-    def norm(self) -> NDArray[Any]:
-        """sqrt |<x ~x>_0| of each item."""
-        return functions.norm(self)
+    @overload
+    def norm(self, *, status: Literal[False] = ..., strict: bool = ...) -> NDArray[Any]: ...
+    @overload
+    def norm(self, *, status: Literal[True], strict: bool = ...) -> tuple[NDArray[Any], Statuses]: ...
+    def norm(self, *, status: bool = False, strict: bool = False) -> NDArray[Any] | tuple[NDArray[Any], Statuses]:
+        """sqrt |<x ~x>_0| of each item; (norm, status) if requested, and with ``strict`` an error instead of NaN."""
+        return array_result(functions.norm(self), self._status, "norm", status, strict)
 
     def normalized(
         self, kind: str | Kind | None = None, strict: bool = False, tolerance: float | None = None
@@ -70,9 +76,9 @@ class Multivector(Operators):
         """The y with x y = 1; `SINGULAR` without one. ``method``: "auto", "shirokov", "hitzer" or "matrix"."""
         return functions.inverse(self, method, strict)
 
-    def exp(self) -> Multivector:
+    def exp(self, strict: bool = False) -> Multivector:
         """Exponential: a motor from the bivector of a motion, a series for anything else."""
-        return functions.exp(self)
+        return functions.exp(self, strict)
 
     def log(self, strict: bool = False) -> Multivector:
         """The bivector whose exponential is this motor; its angle lies in [0, 2 pi)."""
@@ -131,9 +137,13 @@ class Multivector(Operators):
         """Parameters of the constructor of this kind of object, as a named tuple; see the algebra's ``parameters``."""
         return self.algebra.parameters(self)
 
-    def to_matrix(self) -> NDArray[Any]:
-        """The 4 x 4 matrix of a motor, or of another versor that keeps points points."""
-        return self.algebra.matrix(self)
+    @overload
+    def to_matrix(self, *, status: Literal[False] = ..., strict: bool = ...) -> NDArray[Any]: ...
+    @overload
+    def to_matrix(self, *, status: Literal[True], strict: bool = ...) -> tuple[NDArray[Any], Statuses]: ...
+    def to_matrix(self, *, status: bool = False, strict: bool = False) -> NDArray[Any] | tuple[NDArray[Any], Statuses]:
+        """The 4 x 4 matrix of a motor, or of another versor that keeps points points; options as of `norm`."""
+        return array_result(self.algebra.matrix(self), self._status, "to_matrix", status, strict, 2)
 
     # -- as formulas see it --------------------------------------------------------------------------------
 

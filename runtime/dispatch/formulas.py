@@ -10,7 +10,7 @@ import logging
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,16 +18,18 @@ from numpy.typing import ArrayLike, NDArray
 from ..codegen.algebra.algebra import Kind, numbers, scalar_argument
 from ..codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, SingularError, TraceError
 from ..common.dtypes import common_precision
-from ..common.validation import real_array
+from ..common.validation import as_bool, real_array
 from ..status import Status
 from . import kind_inference
 from .coefficients import embed
 from .kernel_entries import Entry, Key, Result
-from .multivector_data import M, MultivectorData
+from .multivector_data import M, MultivectorData, Statuses, statuses
 from .types import TypedAlgebra
 
 #: Items of a formula after which it is compiled: NumPy takes some microseconds for each, the compiler half a second.
 WORTH_COMPILING = 100_000
+#: Why an item has its status, for its index and status: the end of a message.
+Explanation: TypeAlias = Callable[[tuple[int, ...], Status], str]
 _log = logging.getLogger("bladesmith")
 
 
@@ -202,22 +204,64 @@ class TieredKernel:
         return self.kernel.bound("c" if self.is_hot else "numpy", data)
 
 
-def raise_first(status: NDArray[np.uint8] | None, what: str, error: type[SingularError] = SingularError) -> None:
+def raise_first(
+    status: NDArray[np.uint8] | None,
+    what: str,
+    error: type[SingularError] = SingularError,
+    explain: Explanation | None = None,
+) -> None:
     """Raise for the first item without an answer.
 
     Raises
     ------
     SingularError
-        Or the given subclass, naming the item and its status.
+        Or the given subclass, naming the item and its status, and what ``explain`` says of them.
     """
     if status is None:
         return
     bad = (status != Status.OK) & (status != Status.NOT_UNIQUE)
     if not bad.any():
         return
-    place = tuple(int(i) for i in np.argwhere(bad)[0]) if bad.ndim else ()
-    item = "it" if not place else f"item {place[0] if len(place) == 1 else place}"
-    raise error(f"{what}: {item} is {Status(int(status[place])).name}.")
+    index = tuple(int(i) for i in np.argwhere(bad)[0]) if bad.ndim else ()
+    code = Status(int(status[index]))
+    item = "it" if not index else f"item {index[0] if len(index) == 1 else index}"
+    reason = explain(index, code) if explain is not None and code != Status.INVALID else ""
+    raise error(f"{what}: {item} is {code.name}{reason}.")
+
+
+def array_result(
+    values: NDArray[Any],
+    codes: NDArray[np.uint8] | None,
+    what: str,
+    status: Any,
+    strict: Any,
+    item_ndim: int = 0,
+    explain: Explanation | None = None,
+) -> NDArray[Any] | tuple[NDArray[Any], Statuses]:
+    """Result of a function of plain arrays with the options ``status`` and ``strict``: values, or (values, statuses).
+
+    Parameters
+    ----------
+    values : array (..., items)
+        Items have ``item_ndim`` axes.
+    codes : array (...) of uint8, optional
+        Statuses that are known, such as those of the operands; what is not finite beside is `INVALID`.
+
+    Raises
+    ------
+    SingularError
+        With ``strict``: for the first item without an answer.
+    """
+    if status is False and strict is False:
+        return values
+    with_status, is_strict = as_bool(status, "status"), as_bool(strict, "strict")
+    lead = values.shape[: values.ndim - item_ndim]
+    finite = np.isfinite(values).all(tuple(range(-item_ndim, 0)))
+    known = np.zeros(lead, np.uint8) if codes is None else np.broadcast_to(codes, lead)
+    found = np.asarray(np.where(finite | (known != Status.OK), known, np.uint8(Status.INVALID)), np.uint8)
+    if is_strict:
+        raise_first(found, what, explain=explain)
+    return (values, statuses(found, lead)) if with_status else values
 
 
 def invalidate_nonfinite(x: M) -> M:
@@ -269,7 +313,9 @@ def merge_statuses(*statuses: NDArray[np.uint8] | None) -> NDArray[np.uint8] | N
 
 __all__ = [
     "ArrayOperand",
+    "Explanation",
     "FormulaResult",
+    "array_result",
     "propagate_invalid",
     "evaluate",
     "invalidate_nonfinite",

@@ -28,6 +28,7 @@ from ..codegen.rings.protocol import RationalRing
 
 if TYPE_CHECKING:
     from ..codegen.algebra.product_terms import Filter
+    from ..codegen.algorithm_api import AlgorithmFunction
     from ..codegen.execute.items import Loop
 
 Integers = NDArray[np.int32]
@@ -95,6 +96,22 @@ class Table:
         """Pointer to the C view; valid as long as the table."""
         return self._struct[0]
 
+    def on(self, target: str) -> Callable[[NDArray[Any], NDArray[Any]], NDArray[Any]]:
+        """The product of rows (..., size) on one target, "c", "numba" or "cuda", with the bits of the compiled loop."""
+        run = _table_algorithm().on(target)
+        indices = [x.astype(np.int64) for x in (self.starts, self.left, self.right)]
+
+        def product(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
+            dtype = np.result_type(a, b, np.float32)
+            lead = np.broadcast_shapes(a.shape[:-1], b.shape[:-1])
+            empty = np.zeros((*lead, len(self.blades)), dtype)
+            found: NDArray[Any] = run(
+                *indices, self.weights.astype(dtype), a.astype(dtype, copy=False), b.astype(dtype, copy=False), empty
+            )
+            return found
+
+        return product
+
     def multiply(self, out: NDArray[Any], a: NDArray[Any], b: NDArray[Any]) -> None:
         """Product of rows, without C: ``out`` (n, k), ``a`` and ``b`` of n rows or one."""
         is_large = out.dtype == np.float64 and len(out) * self.terms >= NUMBA_TERMS
@@ -134,6 +151,15 @@ def library() -> Any:
         return None
     module.lib.bs_initialize()
     return module
+
+
+@cache
+def _table_algorithm() -> AlgorithmFunction:
+    """The loop over a table, as one that is compiled where it is called."""
+    from ..codegen.algorithm_api import algorithm
+    from ..codegen.algorithms.table_product import multiply_by_table
+
+    return algorithm(multiply_by_table.function)
 
 
 @cache

@@ -7,13 +7,16 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..codegen.build.extension import generated_extension, load
 from ..codegen.build.toolchain import REMEDY_OF_PROGRAMS, compiler, missing_compiler, required_compiler
 from ..codegen.execute.in_place import Entry, InPlace, read_entries
 from ..codegen.execute.items import CLoop, CompiledLoop, Loop
 from .installed import bundled_folder, headers, installed_program
+
+if TYPE_CHECKING:
+    from ..codegen.execute.cuda_items import CudaLoops
 
 _log = logging.getLogger("bladesmith")
 
@@ -39,6 +42,45 @@ def stock_algorithm(program: str, name: str, part: str, what: str, numba_text: C
     """
     entry = _entries(program)[f"{name}_{part}"]
     return InPlace(entry, _c_loop(program, part, entry) or _numba_loop(program, part, entry, what, numba_text))
+
+
+@cache
+def stock_algorithm_on_gpu(program: str, name: str, part: str, changed: tuple[str, ...]) -> InPlace:
+    """An algorithm of ``generated/<program>`` for a GPU, a thread for each item.
+
+    Parameters
+    ----------
+    program, name, part : str
+        As for `stock_algorithm`.
+    changed : tuple of str
+        The arrays that it changes.
+
+    Raises
+    ------
+    DeviceError
+        If there is no GPU.
+    MissingExtraError
+        If its compiler, NVRTC, is not installed.
+    """
+    from ..codegen.execute.cuda_items import CudaLoop
+
+    entry = _entries(program)[f"{name}_{part}"]
+    count = len(entry.parameters)
+    written = [k for k, (own, _, _) in enumerate(entry.parameters) if own in changed]
+    returned = range(count, count + len(entry.results))
+    return InPlace(entry, CudaLoop(_loops_on_gpu(program, part), f"bs_{entry.name}_f64", [*written, *returned]))
+
+
+@cache
+def _loops_on_gpu(program: str, part: str) -> CudaLoops:
+    from ..codegen.execute.cuda_driver import first_gpu
+    from ..codegen.execute.cuda_items import CudaLoops, compile_loops
+    from ..codegen.targets.cuda.printer import stock_source
+
+    texts = ("kernels.c", "kernels.h", "algorithm_functions.h", "algorithms.json")
+    source = stock_source({name: _text(program, name) for name in texts}, part)
+    most = max(len(e.parameters) + len(e.results) for e in _entries(program).values() if e.part == part)
+    return CudaLoops(compile_loops(first_gpu(), source), most)
 
 
 @cache

@@ -127,6 +127,21 @@ from .model.constraints import (
 from .model.constraints import (
     VirtualPower as VirtualPower,
 )
+from .model.joint_loads import (
+    JointDamper as JointDamper,
+)
+from .model.joint_loads import (
+    JointFriction as JointFriction,
+)
+from .model.joint_loads import (
+    JointLimit as JointLimit,
+)
+from .model.joint_loads import (
+    JointSpring as JointSpring,
+)
+from .model.joint_loads import (
+    JointTorque as JointTorque,
+)
 from .model.loads import (
     BodyWrench as BodyWrench,
 )
@@ -135,6 +150,9 @@ from .model.loads import (
 )
 from .model.loads import (
     Gravity as Gravity,
+)
+from .model.loads import (
+    QuadraticDrag as QuadraticDrag,
 )
 from .model.loads import (
     Spring as Spring,

@@ -27,7 +27,7 @@ ENDINGS = {
 
 
 class TrajectoryExports(TrajectorySource):
-    """What trajectories and records share: status, and methods that are functions of `bladesmith.dynamics` too."""
+    """Base of trajectories and records: status, and methods that are functions of `bladesmith.dynamics` too."""
 
     @property
     def status(self) -> Statuses:
@@ -38,7 +38,7 @@ class TrajectoryExports(TrajectorySource):
 
     @property
     def converged(self) -> np.bool_ | NDArray[np.bool_]:
-        """Whether each simulation came to its end, or to an event."""
+        """True where a simulation came to its end, or to an event."""
         return np.equal(self.status, Status.OK)
 
     def save(self, path: str | os.PathLike[str], sketch: Sketch | None = None) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from functools import cached_property
 from typing import Any
 
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from ..codegen.errors import InputError, SimulationError
 from ..codegen.interrupts import keep_partial
 from ..common.executors import check_executor
 from ..common.progress import ProgressOption, open_progress
-from ..common.validation import as_bool, as_choice, as_tuple, invalid, positive_float, short_repr
+from ..common.validation import as_bool, as_choice, as_int, as_tuple, invalid, positive_float, short_repr
 from ..mechanics.rigid_body import RigidBody
 from ..mechanics.system import System
 from .integration import driver as engine
@@ -22,13 +23,19 @@ from .integration.events import Event, as_events, check_single, stop_at_first_ev
 from .integration.executor import SimulationTask, run_on_executor
 from .integration.initial_conditions import check_start
 from .integration.problem import Problem
+from .integration.program import TARGETS
 from .integration.termination import finish, message_of, raise_ending
 from .integration.time_grid import Settings, check_room, settings_of, stored_times
 from .model.constraints import Constraint, check_constraints
 from .model.joint_constraints import joint_constraints
 from .model.loads import Load, check_loads
-from .sensitivity.directions import as_names, check_exclusive, directions_of
+from .sensitivity.directions import as_names
 from .trajectory import Trajectory
+from .trees import executor as tree_executor
+from .trees.choice import COORDINATES, TreeChoice
+from .trees.driver import TreeRun
+from .trees.problem import TreeProblem
+from .trees.stepper import Stepper
 
 Array = NDArray[Any]
 #: An event, or its function alone.
@@ -51,12 +58,11 @@ class Simulation:
     body : RigidBody or System
         One, or a batch of n bodies: n simulations.
     loads : sequence, or a single one
-        `Gravity`, `BodyWrench`, `WorldWrench`, `Spring`, `Damper`.
+        `Gravity`, `BodyWrench`, `WorldWrench`, `Spring`, `Damper` and the like: see docs/dynamics.md.
     constraints : sequence, or a single one
         `Pin`, `PinPath`, `PinLinear`, `Incidence`, `VirtualPower`.
     integrator : str
-        "auto" (see docs/integrators.md), "rk4", "rkmk4", "cf4", "midpoint", "strang", "blanes-moan", "yoshida6",
-        "taylor" or "adaptive".
+        "auto", or one of docs/integrators.md: "rk4", "rkmk4", "adaptive", "taylor", ..
     map : {"exponential", "bortz", "cayley", "outer"}
         The chart of integrators that have one (thesis 6.11).
     stabilization : {"auto", "null-space", "projection", "baumgarte", "none"}
@@ -66,6 +72,13 @@ class Simulation:
         Rate of decay of those terms, per second.
     stabilisation : str
         The same as `stabilization`.
+    target : {"c", "numba", "cuda"}
+        What runs it, to the same bits: "cuda" is a GPU, a thread for each simulation of a batch, without functions of
+        users. Where there is no C compiler, "c" is numba, too.
+    coordinates : {"auto", "joint", "maximal"}
+        What is integrated: coordinates of joints, at a cost that grows with the number of bodies, or poses of all
+        bodies under constraints, whose cost grows with its cube. "auto": those of joints where the system is a tree of
+        joints and the integrator is "auto" too, unless what is asked for needs poses: see docs/dynamics.md.
     """
 
     def __init__(
@@ -78,6 +91,8 @@ class Simulation:
         stabilization: str = "auto",
         baumgarte: float = BAUMGARTE,
         stabilisation: str | None = None,
+        target: str = "c",
+        coordinates: str = "auto",
     ) -> None:
         self._cache: dict[tuple[Any, ...], Prepared] = {}
         self.bodies: tuple[RigidBody, ...]
@@ -93,7 +108,7 @@ class Simulation:
                 raise invalid(body, "the body", "a RigidBody or a System")
         check_loads(self.loads, self.names)
         check_constraints(listed, self.names)
-        self.constraints = (*joint_constraints(body), *listed) if isinstance(body, System) else listed
+        self._own_constraints = listed
         self.integrator = as_choice(integrator, "integrator", ("auto", *integrators.INTEGRATORS))
         self.map = as_choice(map, "map", integrators.MAPS)
         both = isinstance(stabilization, str) and stabilization != "auto" and stabilisation is not None
@@ -107,11 +122,28 @@ class Simulation:
         self.baumgarte = positive_float(baumgarte, "the rate of Baumgarte's terms")
         if self.baumgarte != BAUMGARTE and self.stabilization != "baumgarte":
             raise InputError("the rate baumgarte goes with stabilization='baumgarte'.", remedy="Give both, or neither")
-        self._problem = Problem(
-            self.bodies, self.names, self.loads, self.constraints, self.integrator, self.map, self.stabilization,
-            self.baumgarte,
-        )  # fmt: skip
+        self.target = as_choice(target, "target", TARGETS)
+        self.coordinates = as_choice(coordinates, "coordinates", COORDINATES)
+        self.system = body if isinstance(body, System) else None
+        obstacles = {
+            "stabilization is of motions with constraints": self.stabilization != "auto",
+            "map is of motions with constraints": self.map != "exponential",
+            "there are constraints besides the joints": bool(listed),
+        }
+        self._choice = TreeChoice(self.system, self.loads, self.integrator, self.target, self.coordinates, obstacles)
         self._sealed = True
+
+    @cached_property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """Constraints of the joints, then the others."""
+        return (*(() if self.system is None else joint_constraints(self.system)), *self._own_constraints)
+
+    @cached_property
+    def _problem(self) -> Problem:
+        return Problem(
+            self.bodies, self.names, self.loads, self.constraints, self.integrator, self.map, self.stabilization,
+            self.baumgarte, self.target,
+        )  # fmt: skip
 
     def __setattr__(self, name: str, value: Any) -> None:
         if getattr(self, "_sealed", False):  # runs keep what they begin with
@@ -186,10 +218,14 @@ class Simulation:
         settings = settings_of(duration, step, rtol, atol, times is None)
         stores = stored_times(settings, times, len(self.bodies))
         watched, names = as_events(events), as_names(sensitivities)
-        if names:
-            check_exclusive(project=project, events=bool(watched), executor=executor is not None)
         if executor is not None:
             check_executor(executor)
+        needs_poses = [n for n, x in {"events": watched, "sensitivities": names, "project": project}.items() if x]
+        run_of_tree = self._choice.run(settings, stores, threads, needs_poses, executor is not None)
+        if run_of_tree is not None:
+            found = self._finish(run_of_tree, settings, progress, executor)
+            _tell_ending(run_of_tree, found, strict)
+            return found
         slices, driver, motors, twists = self._prepare(settings, project, names)
         if watched:
             check_single(driver.size, driver.bodies)
@@ -202,37 +238,67 @@ class Simulation:
             check_start(run, project)
         with (
             open_progress(progress, "simulate", "s", settings[0]) as report,
-            keep_partial(lambda: Trajectory(run, self.loads, INTERRUPTED, slices)),
+            keep_partial(lambda: Trajectory(run, self.loads, INTERRUPTED, slices, self.system)),
         ):
             if executor is not None:
-                task = SimulationTask(self._problem, stores, settings, project)
+                task = SimulationTask(self._problem, stores, settings, project, names)
                 run_on_executor(run, task, executor, report)
                 message = message_of(run)
             else:
                 message = finish(run, report)
-        trajectory = Trajectory(run, self.loads, message, slices)
+        trajectory = Trajectory(run, self.loads, message, slices, self.system)
         try:
             event = stop_at_first_event(run, watched)
         except InputError as error:  # its function failed
             raise SimulationError(error.what, remedy=error.remedy, trajectory=trajectory) from error.__cause__
         if event is not None:
-            trajectory = Trajectory(run, self.loads, event.name)
-        if strict:
-            raise_ending(run, trajectory)
-        elif message and not driver.assembly.batched and event is None:
-            warnings.warn(f"the simulation ended early: {message} (strict=True raises)", RuntimeWarning, stacklevel=2)
+            trajectory = Trajectory(run, self.loads, event.name, slices, self.system)
+        if event is None or strict:
+            _tell_ending(run, trajectory, strict)
         return trajectory
+
+    def stepper(self, dt: float, substeps: int = 1) -> Stepper:
+        """Steps of a control loop, in the coordinates of the joints: a state and torques in, the next state out.
+
+        Parameters
+        ----------
+        dt : float
+            Time of a step.
+        substeps : int
+            Steps of the integrator in it: "rk4", if the simulation's has no fixed steps.
+
+        Raises
+        ------
+        InputError
+            If the system is not a tree of joints, has balls, or is a batch.
+        """
+        problem = self._choice.problem(is_needed=True)
+        assert isinstance(problem, TreeProblem) and self.system is not None
+        return Stepper(problem, self.system, positive_float(dt, "dt"), as_int(substeps, "substeps", 1))
+
+    def _finish(
+        self, run: TreeRun, settings: Settings, progress: ProgressOption, executor: Executor | None
+    ) -> Trajectory:
+        """Run to the end; the trajectory."""
+        with (
+            open_progress(progress, "simulate", "s", settings[0]) as report,
+            keep_partial(lambda: Trajectory(run, self.loads, INTERRUPTED, system=self.system)),
+        ):
+            if executor is not None:
+                tree_executor.run_on_executor(run, self._choice.task(settings, run.times), executor, report)
+                message = message_of(run)
+            else:
+                message = finish(run, report)
+        return Trajectory(run, self.loads, message, system=self.system)
 
     def _prepare(self, settings: Settings, project: bool, sensitivities: tuple[str, ...]) -> Prepared:
         """Input of a run, from the cache if it was run before: a simulation does not change."""
         key = (*settings, project, sensitivities)
         prepared = self._cache.get(key)
         if prepared is None:
-            duration, problem = settings[0], self._problem
-            assembly, method = problem.prepare(settings, bool(sensitivities))
-            slices, directions = directions_of(assembly, self.loads, sensitivities, duration)
-            driver = problem.driver(assembly, method, directions=directions)
-            prepared = slices, driver, *problem.start(assembly, duration, project)
+            found = self._problem.assembled(settings, project, sensitivities)
+            driver = self._problem.driver(found.assembly, found.method, directions=found.directions)
+            prepared = found.slices, driver, found.motors, found.twists
             for old in list(self._cache)[: 1 - CACHE_SIZE]:  # other threads may run it too
                 self._cache.pop(old, None)
             self._cache[key] = prepared
@@ -242,8 +308,18 @@ class Simulation:
         return {**self.__dict__, "_cache": {}}  # drivers stay in their process
 
     def __repr__(self) -> str:
-        loads, constraints = len(self.loads), len(self.constraints)
+        joints = [] if self.system is None else self.system.joints
+        loads, constraints = len(self.loads), len(self._own_constraints) + sum(len(j.conditions()) for j in joints)
         return f"<Simulation of {', '.join(self.names)}; {loads} loads, {constraints} constraints>"
+
+
+def _tell_ending(run: engine.Run, trajectory: Trajectory, strict: bool) -> None:
+    """Raise, or warn, if a run ended early."""
+    if strict:
+        raise_ending(run, trajectory)
+    elif trajectory.message and not run.driver.assembly.batched:
+        text = f"the simulation ended early: {trajectory.message} (strict=True raises)"
+        warnings.warn(text, RuntimeWarning, stacklevel=3)
 
 
 __all__ = ["Simulation"]

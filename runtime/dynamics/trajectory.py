@@ -8,16 +8,24 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..codegen.errors import InputError
 from ..core.multivector import Multivector
 from ..mechanics.arguments import coefficients
+from ..mechanics.joints.base import Joint
+from ..mechanics.system import System
 from .exports import ENDINGS, TrajectoryExports
 from .integration import driver
+from .model.joint_loads import JointLimit, JointLoad, JointSpring
 from .model.loads import Gravity, Load, Spring
+from .results.joint_states import JointMotion, reaction_of_joint
 from .results.states import TrajectoryStates
 from .results.trajectory_data import OF_BODIES, SCREWS, TrajectoryData
 from .sensitivity.gradients import Sensitivities, Sensitivity
+from .trees.driver import TreeRun
 
 Array = NDArray[Any]
+#: Independent fraction of a constraint below which a pose is singular or nearly so.
+CLEAR = 1e-3
 
 
 class Trajectory(TrajectoryStates, TrajectoryExports):
@@ -48,6 +56,9 @@ class Trajectory(TrajectoryStates, TrajectoryExports):
         Derivatives with respect to the parameters that were requested of the run.
     steps : int or array (n,)
         Number of steps taken.
+    singular_time : float, or array (n,)
+        When the constraints came nearest to depending on each other, so that there were more freedoms for a moment; NaN
+        if they stayed clear of that. Motions go through such poses, with less accuracy.
     status : Status, or array (n,)
         OK; NOT_CONVERGED: it ended early, without an answer for later times; SINGULAR: the rank of the constraints
         changed; INVALID: a function failed, or the state is no longer finite.
@@ -61,12 +72,75 @@ class Trajectory(TrajectoryStates, TrajectoryExports):
     """
 
     def __init__(
-        self, run: driver.Run, loads: Sequence[Load], message: str = "", slices: Mapping[str, slice] | None = None
-    ) -> None:
+        self, run: driver.Run, loads: Sequence[Load], message: str = "", slices: Mapping[str, slice] | None = None,
+        system: System | None = None,
+    ) -> None:  # fmt: skip
         super().__init__(run)
-        self._loads, self._slices = loads, slices or {}
+        self._loads, self._slices, self._system = loads, slices or {}, system
         self.integrator = run.driver.method.name
         self.message = message
+
+    @property
+    def _joints(self) -> System:
+        """The system whose joints are asked about."""
+        if self._system is None:
+            raise InputError("the simulation is of one body, and has no joints.")
+        return self._system
+
+    def coordinates(self, joint: Joint | str | int) -> Array:
+        """Coordinates of a joint of the system: displacements of its second body against its first.
+
+        Parameters
+        ----------
+        joint : Joint, str or int
+            One of the system's joints, its name or its index.
+
+        Returns
+        -------
+        array (stores,) or (stores, k)
+            Radians and lengths, from the system's ``joint_coordinates`` on. Of k freedoms translations come first; a
+            spherical joint has a rotation vector. Other angles go on beyond half a turn.
+
+        Raises
+        ------
+        InputError
+            If there is no such joint, or it has no coordinates, as `Bilinear`.
+        """
+        index = self._joints.joint_index(joint)
+        found = self._freedoms_of(index, 0)
+        total: Array = found + self._joints.joint_coordinates[index]  # zero of joints with several freedoms
+        return total
+
+    def rates(self, joint: Joint | str | int) -> Array:
+        """Speeds of a joint's coordinates, in the shape of `coordinates`.
+
+        Those of a spherical joint are the relative angular velocity, along axes that move with the second body and were
+        the world's at the start.
+        """
+        return self._freedoms_of(self._joints.joint_index(joint), 1)
+
+    def _freedoms_of(self, index: int, which: int) -> Array:
+        """Coordinates (0) or rates (1) of a joint."""
+        run = self._run
+        found = run.of_joint(index, which) if isinstance(run, TreeRun) else None
+        if found is None:
+            motion = JointMotion(self._joints, index, self.bodies)
+            values = motion.rates() if which else motion.coordinates()
+        else:
+            values = self._array(found)
+        return values[..., 0] if values.shape[-1] == 1 else values
+
+    def reactions(self, joint: Joint | str | int) -> Multivector:
+        """Wrench (stores,) of a joint on its second body, in the world, moments about its origin.
+
+        Forces and torques of loads along the joint are no part of it.
+
+        Raises
+        ------
+        InputError
+            If the joint is in a loop, whose joints share their reactions, or the simulation has other constraints.
+        """
+        return reaction_of_joint(self._joints, self._joints.joint_index(joint), self.bodies)
 
     def to_data(self) -> TrajectoryData:
         """Plain arrays of all bodies."""
@@ -84,10 +158,18 @@ class Trajectory(TrajectoryStates, TrajectoryExports):
 
     @property
     def energy(self) -> Array:
-        """Energy of all bodies: kinetic, of gravity (zero at the world's origin) and of springs."""
+        """Energy of all bodies: kinetic, of gravity (zero at the world's origin), of springs and limits."""
         bodies = list(self.bodies.values())
         total: Array = sum(body._kinetic() + body._potential() for body in bodies) + self._springs(bodies)
+        for load in self._loads:
+            if isinstance(load, (JointSpring, JointLimit)):
+                values = self.coordinates(load.joint)
+                total = total + load.energy(values if self._joints_have_one(load) else values[..., load.freedom])
         return total
+
+    def _joints_have_one(self, load: JointLoad) -> bool:
+        """Whether a load's joint has one freedom, so that coordinates have no axis for it."""
+        return self._joints.joints[self._joints.joint_index(load.joint)].mobility == 1
 
     def _kinetic(self) -> Array:
         energy = self._with_inertia("inertia.energy")
@@ -128,6 +210,13 @@ class Trajectory(TrajectoryStates, TrajectoryExports):
     def violation(self) -> Array:
         """Largest error of a constraint's coefficients, in the driver's world; `VirtualPower`: fraction of rates."""
         return self._array(self._run.violations)
+
+    @property
+    def singular_time(self) -> float | Array:
+        """When a mechanism was in, or nearest to, a singular pose; NaN if it met none."""
+        fraction, time = self._run.singular.T
+        found = np.where((fraction > 0) & (fraction < CLEAR), time, np.nan)
+        return float(found[0]) if self._single else found
 
     @property
     def steps(self) -> int | NDArray[np.int64]:

@@ -212,13 +212,24 @@ def _file(path: str | os.PathLike[str]) -> Path:
     raise InputError("there is no such file", where=str(file))
 
 
-def _read(file: Path) -> tuple[Array, Array, Array | None]:
-    """Vertices, faces and, where the file has them, normals of vertices."""
+def import_trimesh(use: str) -> Any:
+    """The package `trimesh`.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed.
+    """
     try:
         with deferred_interrupts():
-            trimesh = import_module("trimesh")
+            return import_module("trimesh")
     except ImportError:
-        raise MissingExtraError("mesh", "Reading meshes") from None
+        raise MissingExtraError("mesh", use) from None
+
+
+def _read(file: Path) -> tuple[Array, Array, Array | None]:
+    """Vertices, faces and, where the file has them, normals of vertices."""
+    trimesh = import_trimesh("Reading meshes")
     try:
         content = file.read_bytes()
         if file.suffix.lower() == ".obj":  # text, in which names and comments may be of any encoding: numbers are not

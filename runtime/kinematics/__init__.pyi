@@ -23,6 +23,9 @@ from ..mechanics.joints.standard import (
     Rigid as Rigid,
 )
 from ..mechanics.joints.standard import (
+    Screw as Screw,
+)
+from ..mechanics.joints.standard import (
     Spherical as Spherical,
 )
 from .delta.robot import (
@@ -49,11 +52,23 @@ from .mechanism.mobility import (
 from .mechanism.mobility import (
     SelfStress as SelfStress,
 )
-from .mechanism.poses import (
+from .mechanism.poses.batch import (
     Poses as Poses,
+)
+from .mjcf.reader import (
+    load_mjcf as load_mjcf,
+)
+from .mjcf.writer import (
+    save_mjcf as save_mjcf,
 )
 from .plotting.picture import (
     picture as picture,
+)
+from .robots.robot import (
+    Robot as Robot,
+)
+from .sdf.reader import (
+    load_sdf as load_sdf,
 )
 from .serial.axes import (
     prismatic_axis as prismatic_axis,
@@ -73,18 +88,24 @@ from .serial.inverse import (
 from .serial.singularity import (
     Singularity as Singularity,
 )
+from .solutions.postures import (
+    Postures as Postures,
+)
 from .task.joint_trajectory import (
     load_motion as load_motion,
 )
 from .task.task import (
     Setup as Setup,
 )
-from .urdf.robot import (
-    Robot as Robot,
+from .task.time_scaling import (
+    TimedPath as TimedPath,
 )
-from .urdf.robot import (
+from .task.time_scaling import (
+    time_optimal as time_optimal,
+)
+from .urdf.reader import (
     load_urdf as load_urdf,
 )
-from .urdf.robot import (
+from .urdf.reader import (
     urdf_example as urdf_example,
 )

@@ -5,19 +5,20 @@ The formulas are in `codegen.formulas`: `mechanics` and `inertia`.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal, overload
 
 import numpy as np
 
 from ..codegen.errors import AlgebraMismatchError
 from ..common.dtypes import common_precision
-from ..common.validation import as_bool, as_instance, broadcast_shapes, positive_array
+from ..common.validation import as_instance, broadcast_shapes, positive_array
 from ..core.geometry.euclidean import plain
 from ..core.multivector import Algebra, Multivector
-from ..dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, merge_statuses, raise_first
+from ..dispatch.formulas import ArrayOperand, array_result, evaluate, merge_statuses
+from ..dispatch.multivector_data import Statuses
 from .mass_properties import mass_properties
 from .principal_axes import principal
-from .screws import Array, as_screw, geometry, twist
+from .screws import Array, as_screw, finite_screw, geometry, twist
 
 
 class Inertia:
@@ -90,9 +91,10 @@ class Inertia:
 
     # -- the map, its inverse and rates ---------------------------------------------------------------
 
-    def __call__(self, twist: Multivector) -> Multivector:
+    def __call__(self, twist: Multivector, strict: bool = False) -> Multivector:
         """Momentum of a body that moves with a twist."""
-        return invalidate_nonfinite(self._evaluate("mechanics.momentum_in", self._screw(twist, "the twist"))[0])
+        momentum, _ = self._evaluate("mechanics.momentum_in", self._screw(twist, "the twist"))
+        return finite_screw(momentum, "momentum", strict)
 
     def inverse(self, momentum: Multivector, strict: bool = False) -> Multivector:
         """Twist of a momentum. `SINGULAR`: a moment of inertia is zero."""
@@ -125,8 +127,9 @@ class Inertia:
         return self._answer("inertia.velocity_rate", (psi, load, frame_twist), strict)
 
     def momentum_rate(
-        self, velocity: Multivector, acceleration: Multivector | None = None, twist: Multivector | None = None
-    ) -> Multivector:
+        self, velocity: Multivector, acceleration: Multivector | None = None, twist: Multivector | None = None,
+        strict: bool = False,
+    ) -> Multivector:  # fmt: skip
         """Rate of Q(V) while V changes at a rate (default zero) and the frame of Q moves with a twist (default V).
 
         For the body's own twist it is the wrench that causes the motion: inverse dynamics.
@@ -134,12 +137,19 @@ class Inertia:
         v = self._screw(velocity, "the velocity")
         frame_twist = v if twist is None else self._screw(twist, "the twist")
         rate = self._zero(v) if acceleration is None else self._screw(acceleration, "the acceleration")
-        return invalidate_nonfinite(self._evaluate("inertia.momentum_rate", v, rate, frame_twist)[0])
+        return finite_screw(self._evaluate("inertia.momentum_rate", v, rate, frame_twist)[0], "momentum_rate", strict)
 
-    def energy(self, twist: Multivector) -> Array:
-        """Kinetic energy (...)."""
-        energy: Array = plain(self._evaluate("inertia.energy", self._screw(twist, "the twist"))[0])[..., 0]
-        return energy[()]
+    @overload
+    def energy(self, twist: Multivector, *, status: Literal[False] = ..., strict: bool = ...) -> Array: ...
+    @overload
+    def energy(self, twist: Multivector, *, status: Literal[True], strict: bool = ...) -> tuple[Array, Statuses]: ...
+    def energy(
+        self, twist: Multivector, *, status: bool = False, strict: bool = False
+    ) -> Array | tuple[Array, Statuses]:
+        """Kinetic energy (...); NaN and, with ``status=True``, `INVALID` where the twist is not finite."""
+        x = self._screw(twist, "the twist")
+        energy: Array = plain(self._evaluate("inertia.energy", x)[0])[..., 0]
+        return array_result(energy[()], x._status, "energy", status, strict)
 
     # -- properties --------------------------------------------------------------------------------
 
@@ -177,7 +187,7 @@ class Inertia:
             return f"Inertia of {self.shape} bodies in {self.algebra.name}"
         moments = ", ".join(f"{x:.6g}" for x in self.moments)
         center = ", ".join(f"{x:.6g}" for x in self.center + 0.0)
-        return f"Inertia: mass {self.mass:.6g}, principal moments ({moments}), centre ({center}), {self.algebra.name}"
+        return f"Inertia: mass {self.mass:.6g}, principal moments ({moments}), center ({center}), {self.algebra.name}"
 
     # -- arguments -----------------------------------------------------------------------------------------
 
@@ -215,10 +225,8 @@ class Inertia:
         invalid = merge_statuses(*(s._status for s in screws))
         if invalid is not None and status is not None:
             status = merge_statuses(np.broadcast_to(invalid, status.shape), status)
-        screw = invalidate_nonfinite(value._make(value._type, value._data, value.shape, status))
-        if as_bool(strict, "strict"):
-            raise_first(screw._status, formula.rpartition(".")[2])
-        return screw
+        screw = value._make(value._type, value._data, value.shape, status)
+        return finite_screw(screw, formula.rpartition(".")[2], strict)
 
 
 __all__ = ["Inertia"]

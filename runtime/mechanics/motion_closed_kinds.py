@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..codegen.algebra.closed_kinds import closed_kinds, commutator
 from ..codegen.errors import GradeError
 from ..common.validation import as_instance, check_shape
 from ..core.multivector import Multivector
@@ -21,23 +21,6 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 
-@cache
-def closed_kinds(algebra: Algebra) -> tuple[str, ...]:
-    """Kinds that are closed under motions, narrowest first."""
-    twists = algebra.kind("twist").blades
-    closed = []
-    for name in algebra.kinds:
-        blades = set(algebra.kind(name).blades)
-        if all(_commutator(algebra, b, e) <= blades for b in blades for e in twists):
-            closed.append(name)
-    return tuple(sorted(closed, key=lambda name: algebra.kind(name).size))
-
-
-def _commutator(algebra: Algebra, a: int, b: int) -> set[int]:
-    one, two = dict(algebra.product(a, b)), dict(algebra.product(b, a))
-    return {k for k in {*one, *two} if one.get(k, 0) != two.get(k, 0)}
-
-
 def is_movable(x: Multivector) -> bool:
     """True if a motion changes it; none changes scalars, the point at infinity and the whole space."""
     algebra = x.algebra
@@ -45,7 +28,7 @@ def is_movable(x: Multivector) -> bool:
         return True  # of another geometry: reported where objects meet bodies
     twists = algebra.kind("twist").blades
     used = (b for b, v in zip(x.kind.blades, np.moveaxis(x.values, -1, 0), strict=True) if np.any(v))
-    return any(_commutator(algebra, b, e) for b in used for e in twists)
+    return any(commutator(algebra, b, e) for b in used for e in twists)
 
 
 def layout_of(objects: list[Multivector], what: str) -> str:

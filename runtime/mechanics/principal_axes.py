@@ -48,7 +48,7 @@ def principal(inertia: Any, thin: bool = False) -> tuple[Array, Array]:
         needed = "not negative" if thin else "positive"
         raise InputError(
             f"a principal moment of inertia is {moments[bad].min():.3g}{_item(bad)}; they are {needed}.",
-            remedy="Give moments about the centre of mass, mass included",
+            remedy="Give moments about the center of mass, mass included",
         )
     moments = np.maximum(moments, 0.0)
     excess = 2 * size - moments.sum(-1)
@@ -57,7 +57,7 @@ def principal(inertia: Any, thin: bool = False) -> tuple[Array, Array]:
         raise InputError(
             f"the largest principal moment exceeds the sum of the others by {excess[bad].max():.3g}{_item(bad)}: "
             "no body has such an inertia.",
-            remedy="Give moments about the centre of mass, mass included",
+            remedy="Give moments about the center of mass, mass included",
         )
     return moments, axes
 

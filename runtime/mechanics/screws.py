@@ -7,7 +7,7 @@ n is the null vector n_inf of CGA or e0 of PGA. The formulas are in `codegen.for
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, cast
+from typing import Any, Literal, NamedTuple, cast, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,8 @@ from ..core.geometry.parameters import P, Parameters
 from ..core.kind_constraints import convert_to_kind
 from ..core.multivector import Algebra, Multivector
 from ..core.registry import stock_algebra
-from ..dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, raise_first
-from ..dispatch.multivector_data import statuses
+from ..dispatch.formulas import ArrayOperand, array_result, evaluate, invalidate_nonfinite, merge_statuses, raise_first
+from ..dispatch.multivector_data import Statuses, statuses
 from ..objects.screws import screw
 
 Array = NDArray[Any]
@@ -80,7 +80,7 @@ def screw_from_coordinates(
     rows = operand.rows()
     if as_choice(order, "order", ORDERS) == "axis-last":
         rows = np.roll(rows, 3, -1)
-    return _finite_screw(
+    return finite_screw(
         evaluate(home, "twists.screw_of_row", ArrayOperand(rows, 6, operand.name)).value, "screw", strict
     )
 
@@ -88,72 +88,138 @@ def screw_from_coordinates(
 # -- parts -----------------------------------------------------------------------------------------------
 
 
-def twist_parts(t: Multivector) -> TwistParts:
+def twist_parts(t: Multivector, strict: bool = False) -> TwistParts:
     """Angular velocity and the origin's velocity (..., 3): a named tuple (angular, linear) with ``.status``."""
-    return _parts(TwistParts, as_screw(t, "the twist"))
+    return _parts(TwistParts, as_screw(t, "the twist"), "twist_parts", strict)
 
 
-def wrench_parts(w: Multivector) -> WrenchParts:
+def wrench_parts(w: Multivector, strict: bool = False) -> WrenchParts:
     """Force (..., 3) and moment about the origin (..., 3), a named tuple (force, moment) with ``.status``."""
-    return _parts(WrenchParts, as_screw(w, "the wrench"))
+    return _parts(WrenchParts, as_screw(w, "the wrench"), "wrench_parts", strict)
 
 
-def screw_coordinates(s: Multivector, order: str = "axis-first") -> Array:
+@overload
+def screw_coordinates(
+    s: Multivector, order: str = ..., *, status: Literal[False] = ..., strict: bool = ...
+) -> Array: ...
+@overload
+def screw_coordinates(
+    s: Multivector, order: str = ..., *, status: Literal[True], strict: bool = ...
+) -> tuple[Array, Statuses]: ...
+def screw_coordinates(
+    s: Multivector, order: str = "axis-first", *, status: bool = False, strict: bool = False
+) -> Array | tuple[Array, Statuses]:
     """Coordinates (..., 6) of a screw: (w, v) of a twist and (f, tau) of a wrench, or axis last: (v, w) and (tau, f).
 
-    Featherstone has twists axis first and wrenches axis last, Pinocchio the other way round.
+    Featherstone has twists axis first and wrenches axis last, Pinocchio the other way round. Options as of
+    `velocity_at`.
     """
     first = as_choice(order, "order", ORDERS) == "axis-first"
     x = as_screw(s, "the screw")
     rows: Array = evaluate(x.algebra, "twists.screw_row", x).value + 0.0  # no -0.0
-    return rows if first else np.roll(rows, 3, -1)
+    return array_result(rows if first else np.roll(rows, 3, -1), x._status, "screw_coordinates", status, strict, 1)
 
 
-def velocity_at(t: Multivector, point: Any) -> Array:
-    """Velocity v + w x p (..., 3) of the point of a body that is at p (..., 3)."""
+@overload
+def velocity_at(t: Multivector, point: Any, *, status: Literal[False] = ..., strict: bool = ...) -> Array: ...
+@overload
+def velocity_at(
+    t: Multivector, point: Any, *, status: Literal[True], strict: bool = ...
+) -> tuple[Array, Statuses]: ...  # fmt: skip
+def velocity_at(
+    t: Multivector, point: Any, *, status: bool = False, strict: bool = False
+) -> Array | tuple[Array, Statuses]:
+    """Velocity v + w x p (..., 3) of the point of a body that is at p (..., 3).
+
+    Parameters
+    ----------
+    t : Multivector, shape (...)
+        Twists.
+    point : array (..., 3), or 0
+    status : bool
+        Return (velocity, status): `bladesmith.Status` (...), `INVALID` where an operand or the result is not finite.
+    strict : bool
+        Raise `SingularError` for the first such item.
+    """
     x = as_screw(t, "the twist")
-    return (
-        plain(evaluate(x.algebra, "mechanics.velocity_at", x, _vector(x.algebra, "point", point, x.dtype)).value) + 0.0
-    )
+    velocity = evaluate(x.algebra, "mechanics.velocity_at", x, _vector(x.algebra, "point", point, x.dtype)).value
+    return array_result(plain(velocity) + 0.0, x._status, "velocity_at", status, strict, 1)
 
 
-def moment_about(w: Multivector, point: Any) -> Array:
-    """Moment tau - p x f (..., 3) of a wrench about a point p (..., 3)."""
+@overload
+def moment_about(w: Multivector, point: Any, *, status: Literal[False] = ..., strict: bool = ...) -> Array: ...
+@overload
+def moment_about(
+    w: Multivector, point: Any, *, status: Literal[True], strict: bool = ...
+) -> tuple[Array, Statuses]: ...  # fmt: skip
+def moment_about(
+    w: Multivector, point: Any, *, status: bool = False, strict: bool = False
+) -> Array | tuple[Array, Statuses]:
+    """Moment tau - p x f (..., 3) of a wrench about a point p (..., 3); options as of `velocity_at`."""
     x = as_screw(w, "the wrench")
-    return plain(evaluate(x.algebra, "twists.moment_about", x, _vector(x.algebra, "point", point, x.dtype)).value) + 0.0
+    moment = evaluate(x.algebra, "twists.moment_about", x, _vector(x.algebra, "point", point, x.dtype)).value
+    return array_result(plain(moment) + 0.0, x._status, "moment_about", status, strict, 1)
 
 
 # -- products ----------------------------------------------------------------------------------------------
 
 
-def power(t: Multivector, w: Multivector) -> Array:
-    """Power w . tau + v . f (...) of a wrench on a body with a twist: the coefficient of I3 n in Omega ^ W."""
-    return _number("mechanics.power", *_as_screws(t, w, "the twist", "the wrench"))
+@overload
+def power(t: Multivector, w: Multivector, *, status: Literal[False] = ..., strict: bool = ...) -> Array: ...
+@overload
+def power(t: Multivector, w: Multivector, *, status: Literal[True], strict: bool = ...) -> tuple[Array, Statuses]: ...
+def power(
+    t: Multivector, w: Multivector, *, status: bool = False, strict: bool = False
+) -> Array | tuple[Array, Statuses]:
+    """Power w . tau + v . f (...) of a wrench on a body with a twist: the coefficient of I3 n in Omega ^ W.
+
+    Options as of `velocity_at`.
+    """
+    return _number("power", "mechanics.power", _as_screws(t, w, "the twist", "the wrench"), status, strict)
 
 
+@overload
+def reciprocal(X: Multivector, Y: Multivector, *, status: Literal[False] = ..., strict: bool = ...) -> Array: ...
+@overload
+def reciprocal(
+    X: Multivector, Y: Multivector, *, status: Literal[True], strict: bool = ...
+) -> tuple[Array, Statuses]: ...
 @renamed_keywords(a="X", b="Y")
-def reciprocal(X: Multivector, Y: Multivector) -> Array:
+def reciprocal(
+    X: Multivector, Y: Multivector, *, status: bool = False, strict: bool = False
+) -> Array | tuple[Array, Statuses]:
     """Reciprocal product A . D + B . C (...) of screws (A, B) and (C, D): zero where they do no work on each other.
 
-    It is the coefficient of I3 n in their outer product (6.2.3), as `power` is.
+    It is the coefficient of I3 n in their outer product (6.2.3), as `power` is. Options as of `velocity_at`.
     """
-    return _number("mechanics.power", *_as_screws(X, Y, "the first screw", "the second screw"))
+    return _number("reciprocal", "mechanics.power", _as_screws(X, Y), status, strict)
+
+
+@overload
+def killing_form(X: Multivector, Y: Multivector, *, status: Literal[False] = ..., strict: bool = ...) -> Array: ...
+@overload
+def killing_form(
+    X: Multivector, Y: Multivector, *, status: Literal[True], strict: bool = ...
+) -> tuple[Array, Statuses]: ...
+@renamed_keywords(a="X", b="Y")
+def killing_form(
+    X: Multivector, Y: Multivector, *, status: bool = False, strict: bool = False
+) -> Array | tuple[Array, Statuses]:
+    """Killing form -4 A . C (...) of screws (A, B) and (C, D): four times the scalar product.
+
+    Options as of `velocity_at`.
+    """
+    return _number("killing_form", "twists.killing_form", _as_screws(X, Y), status, strict)
 
 
 @renamed_keywords(a="X", b="Y")
-def killing_form(X: Multivector, Y: Multivector) -> Array:
-    """Killing form -4 A . C (...) of screws (A, B) and (C, D): four times the scalar product."""
-    return _number("twists.killing_form", *_as_screws(X, Y, "the first screw", "the second screw"))
-
-
-@renamed_keywords(a="X", b="Y")
-def screw_cross(X: Multivector, Y: Multivector) -> Multivector:
+def screw_cross(X: Multivector, Y: Multivector, strict: bool = False) -> Multivector:
     """Cross product (A x C, A x D + B x C) of screws (A, B) and (C, D): their negative commutator (6.2.3).
 
     The cross product of a body's twist and a screw that is fixed to the body is the rate of the screw.
     """
-    x, y = _as_screws(X, Y, "the first screw", "the second screw")
-    return invalidate_nonfinite(evaluate(x.algebra, "twists.screw_cross", x, y).value)  # type: ignore[no-any-return]
+    x, y = _as_screws(X, Y)
+    return finite_screw(evaluate(x.algebra, "twists.screw_cross", x, y).value, "screw_cross", strict)
 
 
 # -- arguments and results ---------------------------------------------------------------------------------
@@ -198,7 +264,9 @@ def same_algebra(x: Multivector, y: Multivector) -> None:
         raise AlgebraMismatchError(f"screws of {x.algebra.name} and of {y.algebra.name} do not mix; convert one.")
 
 
-def _as_screws(a: Any, b: Any, first: str, second: str) -> tuple[Multivector, Multivector]:
+def _as_screws(
+    a: Any, b: Any, first: str = "the first screw", second: str = "the second screw"
+) -> tuple[Multivector, Multivector]:
     x, y = as_screw(a, first), as_screw(b, second)
     same_algebra(x, y)
     return x, y
@@ -213,22 +281,27 @@ def _screw_of_vectors(formula: str, algebra: Algebra | None, *parts: tuple[str, 
     home = geometry(algebra)
     dtype = common_precision(*(value for _, value in parts if not is_origin(value)))
     operands = [_vector(home, name, value, dtype) for name, value in parts]
-    return _finite_screw(evaluate(home, formula, *operands).value, formula.rpartition(".")[2], strict)
+    return finite_screw(evaluate(home, formula, *operands).value, formula.rpartition(".")[2], strict)
 
 
-def _finite_screw(x: Multivector, name: str, strict: bool) -> Multivector:
+def finite_screw(x: Multivector, name: str, strict: bool) -> Multivector:
+    """Screws, NaN and INVALID where they are not finite; with ``strict`` an error for the first that has no answer."""
     screw = invalidate_nonfinite(x)
     if as_bool(strict, "strict"):
         raise_first(screw._status, name)
     return screw
 
 
-def _number(formula: str, *operands: Multivector) -> Array:
-    values: Array = plain(evaluate(operands[0].algebra, formula, *operands).value)[..., 0]
-    return values[()]
+def _number(
+    name: str, formula: str, screws: tuple[Multivector, Multivector], status: bool, strict: bool
+) -> Array | tuple[Array, Statuses]:
+    values: Array = plain(evaluate(screws[0].algebra, formula, *screws).value)[..., 0]
+    return array_result(values[()], merge_statuses(*(x._status for x in screws)), name, status, strict)
 
 
-def _parts(kind: Callable[..., P], x: Multivector) -> P:
+def _parts(kind: Callable[..., P], x: Multivector, name: str, strict: bool) -> P:
+    if as_bool(strict, "strict"):
+        raise_first(x._status, name)
     first, second = (plain(v) + 0.0 for v in evaluate(x.algebra, "mechanics.screw_vectors", x).values)  # no -0.0
     result = kind(first, second)
     result.status = statuses(x._status, x.shape)
@@ -236,7 +309,7 @@ def _parts(kind: Callable[..., P], x: Multivector) -> P:
 
 
 __all__ = [
-    "as_screw", "couple", "geometry", "killing_form", "moment_about", "power", "reciprocal", "same_algebra", "screw",
-    "screw_coordinates", "screw_cross", "screw_from_coordinates", "twist", "twist_parts", "velocity_at", "wrench",
-    "wrench_parts",
+    "as_screw", "couple", "finite_screw", "geometry", "killing_form", "moment_about", "power", "reciprocal",
+    "same_algebra", "screw", "screw_coordinates", "screw_cross", "screw_from_coordinates", "twist", "twist_parts",
+    "velocity_at", "wrench", "wrench_parts",
 ]  # fmt: skip

@@ -17,7 +17,7 @@ from ..core.registry import stock_algebra
 from ..dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, raise_first
 from ..dispatch.multivector_data import statuses
 from ..objects.closest_points import as_lines
-from .screws import Array, as_screw, geometry, moment_about, same_algebra, wrench_parts
+from .screws import Array, as_screw, finite_screw, geometry, moment_about, same_algebra, wrench_parts
 
 #: Relative tolerance of balanced forces, of the sum of their sizes, by precision: that of `isclose`.
 BALANCE_RTOL = {np.dtype(np.float64): 1e-9, np.dtype(np.float32): 1e-4}
@@ -40,15 +40,17 @@ class VectorForce(
     """Force at a point, and a couple, with ``.status``."""
 
 
-def resultant(wrenches: Any, axis: int = 0) -> Multivector:
+def resultant(wrenches: Any, axis: int = 0, strict: bool = False) -> Multivector:
     """Sum of wrenches: of a list, whose shapes broadcast, or along an axis of one batch.
 
     An item that is not finite makes its sum NaN, with status `INVALID`.
     """
-    return invalidate_nonfinite(_stack(wrenches, axis)[1])
+    return finite_screw(_stack(wrenches, axis)[1], "resultant", strict)
 
 
-def equilibrium(wrenches: Any, axis: int = 0, about: Any = 0, rtol: float | None = None) -> Equilibrium:
+def equilibrium(
+    wrenches: Any, axis: int = 0, about: Any = 0, rtol: float | None = None, strict: bool = False
+) -> Equilibrium:
     """Balance of the wrenches on a body, and their resultant.
 
     Parameters
@@ -59,6 +61,8 @@ def equilibrium(wrenches: Any, axis: int = 0, about: Any = 0, rtol: float | None
         Point that moments are taken about. For a body far from the origin take one near it.
     rtol : float, optional
         Tolerance of the resultant force and moment, relative to the sums of the sizes; 1e-9 (float32: 1e-4).
+    strict : bool
+        Raise `SingularError` where a wrench is not finite.
 
     Returns
     -------
@@ -67,6 +71,8 @@ def equilibrium(wrenches: Any, axis: int = 0, about: Any = 0, rtol: float | None
         and of its moment about the point; ``.status`` is `INVALID` where a wrench is not finite.
     """
     terms, residual = _stack(wrenches, axis)
+    if as_bool(strict, "strict"):
+        raise_first(residual._status, "equilibrium")
     rtol = BALANCE_RTOL[residual.dtype] if rtol is None else as_float(rtol, "rtol", 0.0)
     with np.errstate(all="ignore"):
         force = np.linalg.norm(wrench_parts(residual).force, axis=-1)
@@ -116,7 +122,7 @@ def _stack(wrenches: Any, axis: int) -> tuple[Multivector, Multivector]:
 # -- other representations of forces ---------------------------------------------------------------------------------
 
 
-def force_along(line: Multivector, intensity: Any = 1.0) -> Multivector:
+def force_along(line: Multivector, intensity: Any = 1.0, strict: bool = False) -> Multivector:
     """Wrench of a force along unit lines of CGA (6.1, 6.2) or PGA, of a given intensity (...)."""
     if isinstance(line, Multivector) and line.algebra.is_degenerate:
         geometry(line.algebra)
@@ -126,16 +132,16 @@ def force_along(line: Multivector, intensity: Any = 1.0) -> Multivector:
     wrench: Multivector = evaluate(
         unit.algebra, "twists.force_along", unit, ArrayOperand(intensity, 0, "the intensity")
     ).value
-    return invalidate_nonfinite(wrench)
+    return finite_screw(wrench, "force_along", strict)
 
 
-def line_of_wrench(w: Multivector) -> Multivector:
+def line_of_wrench(w: Multivector, strict: bool = False) -> Multivector:
     """Sum of lines that is a wrench: its undual in CGA, itself in PGA."""
     x = as_screw(w, "the wrench")
-    return invalidate_nonfinite(evaluate(x.algebra, "twists.line_of_wrench", x).value)  # type: ignore[no-any-return]
+    return finite_screw(evaluate(x.algebra, "twists.line_of_wrench", x).value, "line_of_wrench", strict)
 
 
-def wrench_of_vector(force: Any, point: Any) -> Multivector:
+def wrench_of_vector(force: Any, point: Any, strict: bool = False) -> Multivector:
     """Wrench of a force as Lasenby, Lasenby and Doran write it: a vector F = f + alpha n_inf at a point X (6.2.5).
 
     Parameters
@@ -156,7 +162,7 @@ def wrench_of_vector(force: Any, point: Any) -> Multivector:
             raise GradeError(f"{what}: a vector of cga3d is needed.")
     vector = convert_to_kind(force, cga.layout_of(b for b in cga.kind("point").blades if b != cga.no.blades[0]))
     wrench: Multivector = evaluate(cga, "twists.wrench_of_vector", vector, point.as_kind("point")).value
-    return invalidate_nonfinite(wrench)
+    return finite_screw(wrench, "wrench_of_vector", strict)
 
 
 def vector_of_wrench(w: Multivector, strict: bool = False) -> VectorForce:
@@ -180,11 +186,11 @@ def vector_of_wrench(w: Multivector, strict: bool = False) -> VectorForce:
     return result
 
 
-def ideal_line(a: Any) -> Multivector:
+def ideal_line(a: Any, strict: bool = False) -> Multivector:
     """Gunn's line at infinity e0 a of PGA, for vectors a (..., 3). It is a wrench: the couple of the moment -a."""
     pga = stock_algebra("pga3d")
-    line = invalidate_nonfinite(evaluate(pga, "twists.ideal_line", ArrayOperand(a, pga.kind("euclidean"), "a")).value)
-    return line.as_kind(pga.layout("twist"))  # type: ignore[no-any-return]
+    line = evaluate(pga, "twists.ideal_line", ArrayOperand(a, pga.kind("euclidean"), "a")).value
+    return finite_screw(invalidate_nonfinite(line).as_kind(pga.layout("twist")), "ideal_line", strict)
 
 
 __all__ = [

@@ -24,7 +24,7 @@ EPS = float(np.finfo(np.float64).eps)
 MOST_STEPS = 200
 #: A sphere that sticks out by less, relative to the radius, is inside: the final radius covers it.
 OUTSIDE = 64 * EPS
-#: How far the radius is rounded up, in units of the last place of the centre and of the radius.
+#: How far the radius is rounded up, in units of the last place of the center and of the radius.
 MARGIN = 8
 
 
@@ -114,7 +114,7 @@ def _spheres_of(
 
 
 def _balls(algebra: Algebra, x: Multivector) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Centres and radii of the smallest spheres around objects, and which have none because they are flat."""
+    """Centers and radii of the smallest spheres around objects, and which have none because they are flat."""
     name = x.kind.name
     given = np.isfinite(x._data).all(-1)
     if name in ("line", "plane"):
@@ -141,7 +141,7 @@ def _safe_radius(position: Array, center: Array, radius: Array, dtype: np.dtype[
     return np.asarray(np.maximum(size, np.finfo(dtype).tiny)).astype(dtype)
 
 
-# -- centres of smallest spheres ---------------------------------------------------------------------------
+# -- centers of smallest spheres ---------------------------------------------------------------------------
 
 
 def _around_two(algebra: Algebra, center: Array, radius: Array) -> Array:
@@ -153,7 +153,7 @@ def _around_two(algebra: Algebra, center: Array, radius: Array) -> Array:
 
 
 def _around_many(center: Array, radius: Array) -> Array:
-    """Centres (k, 3) of the smallest spheres around n spheres each, all sets at once."""
+    """Centers (k, 3) of the smallest spheres around n spheres each, all sets at once."""
     k, n = radius.shape
     if not k:
         return np.zeros((0, 3))
@@ -189,9 +189,9 @@ _PADDED = np.array([[row[i % len(row)] for i in range(4)] for rows in _SUPPORTS 
 
 
 def _around_five(center: Array, radius: Array) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Smallest spheres around five with the fifth on them: centre, radius, and the places of a support of four.
+    """Smallest spheres around five with the fifth on them: center, radius, and the places of a support of four.
 
-    Of every possible support the sphere that touches it from outside is made; around its centre, the five need some
+    Of every possible support the sphere that touches it from outside is made; around its center, the five need some
     radius, which is least for the right one.
     """
     middles = [_touching(center[:, rows], radius[:, rows]) for rows in _SUPPORTS]
@@ -205,9 +205,9 @@ def _around_five(center: Array, radius: Array) -> tuple[Array, Array, NDArray[np
 
 
 def _touching(center: Array, radius: Array) -> tuple[Array, Array]:
-    """Centres (k, m, 3) of the two spheres that q spheres (k, m, q) touch from inside, in the span of their centres.
+    """Centers (k, m, 3) of the two spheres that q spheres (k, m, q) touch from inside, in the span of their centers.
 
-    With d_i = c_i - c_0, e_i = r_i - r_0, centre c_0 + y and radius r_0 + h: d_i . y = (d_i^2 - e_i^2)/2 + e_i h gives
+    With d_i = c_i - c_0, e_i = r_i - r_0, center c_0 + y and radius r_0 + h: d_i . y = (d_i^2 - e_i^2)/2 + e_i h gives
     y = a + h b, and y^2 = h^2 the excess h.
     """
     d, e = center[..., 1:, :] - center[..., :1, :], radius[..., 1:] - radius[..., :1]

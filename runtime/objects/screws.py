@@ -40,7 +40,7 @@ def screw(s: Multivector, strict: bool = False) -> Screw:
         Twist bivectors, for example sums of dual lines (in PGA: of lines). In CGA also sums of lines, which are
         dualised. Their scale is arbitrary.
     strict : bool
-        Raise `SingularError` for the first item that is no screw.
+        Raise `SingularError` for the first item that is not a screw.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def screw(s: Multivector, strict: bool = False) -> Screw:
     Notes
     -----
     Thesis 3.9.3 and 3.9.4, with the signs of this project: (3.9) as printed is the line through -p. A translation is
-    told by a rotation that is exactly zero: in a bivector alone there is nothing to measure rounding by. Of two
+    recognized by a rotation that is exactly zero: in a bivector alone there is nothing to measure rounding by. Of two
     lines, `screw_of_lines` can tell.
     """
     twist = _twist(s)

@@ -1,5 +1,6 @@
 from .estimation.estimate_rotor import Estimate as Estimate
 from .estimation.estimate_rotor import estimate_rotor as estimate_rotor
+from .extraction.from_edges import model_from_edges as model_from_edges
 from .extraction.from_mesh import model_from_mesh as model_from_mesh
 from .extraction.from_points import CloudFit as CloudFit
 from .extraction.from_points import CloudInterrupted as CloudInterrupted

@@ -22,7 +22,7 @@ from bladesmith.benchmarks.studies.dynamics import (
     violations,
 )
 
-from ..support.benchmarks import benchmark_module
+from ..support.scripts import script
 
 NAMES = ("tops", "pendulums", "drift", "violations", "stiffness")
 GRAVITY = np.array([0.3, -1.0, -9.0])
@@ -245,6 +245,7 @@ def test_violations_by_how_constraints_are_kept(way):
         assert found["sphere"] > 1e-9
 
 
+@pytest.mark.slow
 def test_the_ways_to_keep_constraints_give_one_motion():
     inputs = replace(motions_of(violations.STUDY.cases[1]), duration=1.0)
     exact = integrators.truth(inputs)
@@ -260,7 +261,7 @@ def test_the_ways_to_keep_constraints_give_one_motion():
 
 @pytest.fixture(scope="module")
 def bench():
-    with benchmark_module("bench_dynamics") as module:
+    with script("benchmarks", "bench_dynamics") as module:
         yield module
 
 

@@ -32,7 +32,7 @@ from bladesmith.benchmarks.studies.kinematics.delta_exact import (
 from bladesmith.dynamics import screw_coordinates
 from bladesmith.kinematics.delta.robot import DeltaRobot
 
-from ..support.benchmarks import benchmark_module
+from ..support.scripts import script
 
 NAMES = ("delta", "chains", "mechanisms", "reaching")
 #: Usual lengths, a platform larger than the base, and a needle.
@@ -294,6 +294,7 @@ def test_studies_are_listed_and_their_cases_can_be_made(name):
             assert 1 <= len(inputs) <= 2 and study.describe(inputs, 0)
 
 
+@pytest.mark.slow
 def test_a_small_study_of_the_delta_runs():
     kept = ("direct", "screws, elimination", "differences")
     methods = tuple(replace(m, prepare=None) for m in delta.STUDY.methods if m.name in kept)
@@ -311,7 +312,7 @@ def test_a_small_study_of_the_delta_runs():
 
 @pytest.fixture(scope="module")
 def bench():
-    with benchmark_module("bench_kinematics") as module:
+    with script("benchmarks", "bench_kinematics") as module:
         yield module
 
 

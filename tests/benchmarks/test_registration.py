@@ -13,9 +13,9 @@ from bladesmith.benchmarks.harness import study as harness
 from bladesmith.benchmarks.harness.runner import Measurement, run_study
 from bladesmith.benchmarks.harness.study import Case, Method, Study
 from bladesmith.benchmarks.registry import load_study
-from bladesmith.benchmarks.studies.registration import claims, pose_peers, poses, registrations, symmetries
+from bladesmith.benchmarks.studies.registration import claims, pose_peers, poses, registrations, segments, symmetries
 
-NAMES = ("registrations", "robustness", "symmetries", "claims", "coverage")
+NAMES = ("registrations", "robustness", "symmetries", "claims", "coverage", "segments")
 EVERY = {"point": 6, "point_pair": 5, "line": 7, "circle": 5, "plane": 6, "sphere": 5}
 
 
@@ -232,6 +232,33 @@ def test_a_window_of_a_front_stands_where_its_pose_says():
         for along in (0, 1):  # two points of each line
             points = (query[:, :3] + along * query[:, 3:]) @ turn.T + shift
             assert distances(points, rows).max() < 1e-12
+
+
+@pytest.mark.parametrize("is_cut", [False, True])
+def test_the_bound_of_segments_is_that_of_their_true_matches(is_cut):
+    """Without noise it is the pose; with noise no small motion makes the sum of squares of the ends less."""
+    rng = np.random.default_rng(10)
+    exact = segments.scenes(rng, 2, count=20, noise=0.0, is_cut=is_cut)
+    assert poses.pose_errors(segments.least_squares(exact, None), poses.true_poses(exact)).max() < 1e-12
+    (scene,) = segments.scenes(rng, 1, count=20, is_cut=is_cut).items
+    pose = segments.least_squares(poses.Scenes([scene]), None)[0]
+    begin = scene.reference_ends[:, :1]
+    along = (scene.reference_ends[:, 1:] - begin) / np.linalg.norm(scene.reference_ends[:, 1:] - begin, axis=-1)[
+        ..., None
+    ]
+
+    def squares(matrix):
+        off = scene.query_ends @ matrix[:3, :3].T + matrix[:3, 3] - scene.reference_ends
+        return ((off - (off * along).sum(-1, keepdims=True) * along * is_cut) ** 2).sum()
+
+    for _ in range(20):
+        near = (cga3d.translator(1e-4 * rng.normal(size=3)) * cga3d.rotor(rng.normal(size=3), 1e-4)).to_matrix()
+        assert squares(near @ pose) > squares(pose)
+    true = scene.true["segment"]
+    moved = scene.query.segments[true >= 0] @ scene.pose[:3, :3].T + scene.pose[:3, 3]
+    there = scene.reference.segments[true[true >= 0]]
+    off = np.cross(moved - there[:, :1], there[:, 1:] - there[:, :1])
+    assert np.linalg.norm(off, axis=-1).max() < 5 * segments.NOISE
 
 
 def test_covariances_are_of_the_size_of_errors():

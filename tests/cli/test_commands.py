@@ -7,6 +7,7 @@ import sys
 import sysconfig
 from pathlib import Path
 from types import ModuleType
+from unittest import mock
 
 import click
 import pytest
@@ -206,6 +207,7 @@ def test_doctor_on_a_bare_machine(capsys, monkeypatch, tmp_path):
     monkeypatch.setenv("CC", "/nonexistent")
     monkeypatch.setenv(cache.DIRECTORY_VARIABLE, str(tmp_path / "file" / "cache"))
     monkeypatch.setattr(doctor, "find_spec", lambda name: None)
+    monkeypatch.setattr(doctor.nvrtc, "_library", mock.Mock(side_effect=MissingExtraError("cuda", "Compiling")))
     monkeypatch.setitem(doctor.SECTIONS, "processor", lambda: 1 / 0)
     assert main.run(["doctor"]) == 0
     out = capsys.readouterr().out

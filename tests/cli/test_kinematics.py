@@ -89,7 +89,7 @@ def test_everything_that_can_be_asked_for(delta, tmp_path, capsys):
 
 
 def test_a_urdf_by_itself(tmp_path, monkeypatch, capsys):
-    from bladesmith.kinematics.urdf.robot import urdf_example
+    from bladesmith.kinematics.urdf.reader import urdf_example
 
     monkeypatch.chdir(tmp_path)
     data, _ = asked(capsys, urdf_example("scara"), "-j", "inner=0.4", "-j", "plunge=0.3")
@@ -128,7 +128,7 @@ def test_a_urdf_by_itself(tmp_path, monkeypatch, capsys):
         (["delta.toml", "--duration", "2"], "--duration and --samples are of a path, and there is none. Give --to"),
         (["delta.toml", "--to", "0", "0", "1", "--duration", "0"], "InputError: --duration is 0.0; a positive number"),
         (["delta.toml", "--to", "0", "0", "1", "--samples", "1"], "--samples is 1; a whole number from 2 to"),
-        (["delta.toml", "--tip", "platform"], "InputError: delta.toml: tip and root are of URDF files."),
+        (["delta.toml", "--tip", "platform"], "InputError: delta.toml: tip and root are of robots' files."),
     ],
 )
 def test_bad_input_is_one_line_and_exit_status_2(arguments, says, delta, tmp_path, capsys):
@@ -197,3 +197,33 @@ def test_a_workspace_without_a_box_is_refused_before_anything_is_written(
     assert main.run(["kinematics", *given]) == 2
     assert "has no box" in capsys.readouterr().err
     assert [x.name for x in tmp_path.iterdir()] == ["arm.toml"]
+
+
+FINGERS = """<mujoco><worldbody><body name="hand" pos="0 0 1"><freejoint/><geom size="0.1"/>
+<body name="left"><joint name="left_joint" type="slide" axis="0 1 0" range="0 0.1"/><geom size="0.1"/></body>
+<body name="right"><joint name="right_joint" type="slide" axis="0 -1 0"/><geom size="0.1"/></body></body></worldbody>
+<equality><joint joint1="right_joint" joint2="left_joint"/></equality></mujoco>"""
+DOOR = """<sdf version="1.9"><model name="door"><link name="frame"/><link name="leaf"/>
+<joint name="hinge" type="revolute"><parent>frame</parent><child>leaf</child><axis><xyz>0 0 1</xyz></axis></joint>
+</model></sdf>"""
+BALL = '<mujoco><worldbody><body name="a"><joint name="j" type="ball"/><geom size="1"/></body></worldbody></mujoco>'
+
+
+def test_files_of_other_formats(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name, text in (("hand.xml", FINGERS), ("door.sdf", DOOR), ("door.xml", DOOR), ("ball.mjcf", BALL)):
+        Path(name).write_text(text)
+    data, _ = asked(capsys, "hand.xml")  # it floats: the hand is fixed
+    assert data["fixed"] == "hand" and data["mobility"] == 1 and data["tool"]["body"] in ("left", "right")
+    (row,) = data["couplings"]
+    assert {(x["joint"], x["coefficient"]) for x in row} == {("left_joint", -1.0), ("right_joint", 1.0)}
+    for name in ("door.sdf", "door.xml"):
+        data, _ = asked(capsys, name)
+        assert data["kind"] == "robot 'door'" and list(data["pose"]) == ["hinge"]
+    data, _ = asked(capsys, "ball.mjcf")  # no chain goes there
+    assert data["mobility"] == 3 and data["kind"] == "mechanism"
+    assert main.run(["kinematics", "hand.xml"]) == 0
+    assert "right_joint = 1 left_joint, in speeds" in capsys.readouterr().out
+    Path("bad.xml").write_text('<!DOCTYPE m [<!ENTITY a "b">]><mujoco/>')
+    assert main.run(["kinematics", "bad.xml"]) == 2
+    assert "bad.xml:1: a document type is declared" in capsys.readouterr().err

@@ -13,7 +13,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from bladesmith import registration
+from bladesmith import poses, registration
 from bladesmith.cli import main
 from bladesmith.errors import InputError
 
@@ -53,14 +53,15 @@ def test_options_reach_the_registration(monkeypatch, tmp_path, capsys):
     real = registration.register
     monkeypatch.setattr(registration, "register", register)
     options = (
-        "--samples 9 --sample-size 3 --iterations 5 --seed 4 --threads 1 --backend c --oriented --length 2 --quiet"
+        "--samples 9 --sample-size 3 --iterations 5 --seed 4 --threads 1 --backend c --oriented --length 2 "
+        "--loss huber --quiet"
     )
     assert main.run(["register", QUERY, TABLE, *options.split()]) == 0
     progress = seen.pop("progress")
     assert not progress
     assert seen == {
         "samples": 9, "sample_size": 3, "iterations": 5, "seed": 4, "threads": 1, "backend": "c", "align": False,
-        "length": 2.0, "similarity": False, "start": "global",
+        "length": 2.0, "similarity": False, "start": "global", "loss": "huber",
     }  # fmt: skip
     assert capsys.readouterr().err == ""
 
@@ -299,3 +300,17 @@ def test_an_empty_start_is_no_file(tmp_path, capsys):
     lines_and_planes().save(tmp_path / "m.json")
     assert main.run(["register", *[str(tmp_path / "m.json")] * 2, "--start", ""]) == 2
     assert "start is ''; one of global, proximity is needed" in capsys.readouterr().err
+
+
+def test_drawings_are_registered_and_poses_written_as_a_trajectory(tmp_path, capsys):
+    """The scan of a room in PLY, its drawing in OBJ; the pose is that of the JSON file."""
+    query, reference = str(EXAMPLES / "room_scan.ply"), str(EXAMPLES / "room.obj")
+    for name in ("result.json", "result.tum"):
+        assert main.run(["register", query, reference, "-o", str(tmp_path / name), "--loss", "cauchy"]) == 0
+    out, _ = capsys.readouterr()
+    assert "of 192 segments" in out and "converged:   yes" in out
+    found = registration.load_registration(tmp_path / "result.json")
+    times, x = poses.load_tum(tmp_path / "result.tum")
+    assert times.tolist() == list(range(1 + len(found.ambiguous)))
+    np.testing.assert_allclose(x[0].to_matrix(), found.motor.to_matrix(), atol=1e-12)
+    assert json.loads((tmp_path / "result.json").read_text())["settings"]["loss"] == "cauchy"

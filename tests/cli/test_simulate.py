@@ -133,7 +133,6 @@ def test_an_interrupt_leaves_whole_files(tmp_path):
     process = subprocess.Popen(
         [sys.executable, "-m", "bladesmith", "simulate", "body.toml", "-o", "a.npz", "--plot"], cwd=tmp_path,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # tests in the background ignore it
     )  # fmt: skip
     try:
         _running(process.pid)

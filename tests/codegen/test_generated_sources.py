@@ -56,8 +56,8 @@ def test_installed_extensions_are_of_these_sources(name: str) -> None:
 
 
 def test_generated_files_stay_small() -> None:
-    """Loops of registration and merging are among them since they are printed, and no more in templates: 0.1 MB."""
-    assert sum(p.stat().st_size for p in GENERATED.rglob("*") if p.suffix in (".c", ".h", ".py", ".json")) < 5_300_000
+    """Loops of registration, merging, the tracer's tree and roots are among them, printed from algorithms."""
+    assert sum(p.stat().st_size for p in GENERATED.rglob("*") if p.suffix in (".c", ".h", ".py", ".json")) < 6_000_000
 
 
 @pytest.mark.slow

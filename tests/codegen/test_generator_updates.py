@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import gc
 import json
 import tracemalloc
@@ -227,3 +228,15 @@ def test_a_declared_kernel_keeps_little(tmp_path: Path, monkeypatch: pytest.Monk
     # and a kernel that was released can be searched again
 
     assert [form.name for form in variants(kept[0].traced)][:2] == ["as_written", "local"]
+
+
+def test_digests_are_those_of_all_versions_of_python() -> None:
+    """Digests are kept in generated folders: `ast.dump` has more fields in Python 3.12, and fewer in 3.13."""
+    text = "@d\ndef f(x, *, y=None):\n    return x[:-1] if y else {'a': 1.5}"
+    assert dependencies._canonical(ast.parse(text)) == (
+        "Module(body=[FunctionDef(name='f', args=arguments(args=[arg(arg='x')], kwonlyargs=[arg(arg='y')], "
+        "kw_defaults=[Constant()]), body=[Return(value=IfExp(test=Name(id='y', ctx=Load()), body=Subscript("
+        "value=Name(id='x', ctx=Load()), slice=Slice(upper=UnaryOp(op=USub(), operand=Constant(value=1))), "
+        "ctx=Load()), orelse=Dict(keys=[Constant(value='a')], values=[Constant(value=1.5)])))], "
+        "decorator_list=[Name(id='d', ctx=Load())])])"
+    )

@@ -30,7 +30,7 @@ WRITERS = {
 WRONG = [None, 3, [1], "", "a\0b.png", "no/such/folder/{name}", "{folder}", "x" * 300 + "{name}"]
 
 
-@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize("name", [n if n != "result.png" else pytest.param(n, marks=pytest.mark.slow) for n in WRITERS])
 def test_writers_take_every_path(tmp_path, name):
     for folder in ("plain", 'with\nnewline "{{"'):
         (tmp_path / folder).mkdir()

@@ -169,6 +169,7 @@ def test_what_is_no_blade(distance: float, least: float) -> None:
     assert set(cga.classify(pitched)) == {"not a blade"}
 
 
+@pytest.mark.slow
 def test_single_precision() -> None:
     rng = np.random.default_rng(5)
     center, normal = rng.normal(size=(2, COUNT, 3)).astype(np.float32)

@@ -66,7 +66,7 @@ SIGNATURES = [(2, 2, 0), (4, 1, 1), (3, 3, 0), (3, 2, 2), (7, 0, 0), (4, 4, 0), 
 
 
 @pytest.mark.parametrize("loss", [None, 1e-3, 1e-6])
-@pytest.mark.parametrize("signature", SIGNATURES)
+@pytest.mark.parametrize("signature", [*SIGNATURES[:-1], pytest.param(SIGNATURES[-1], marks=pytest.mark.slow)])
 def test_as_many_digits_as_the_best_method(signature: tuple[int, ...], loss: float | None) -> None:
     algebra = bs.algebra(*signature)
     x = multivectors(algebra, loss, 7)
@@ -77,6 +77,7 @@ def test_as_many_digits_as_the_best_method(signature: tuple[int, ...], loss: flo
     assert error(default, exact) <= max(4 * error(best, exact), bound)
 
 
+@pytest.mark.slow
 def test_what_the_recursion_alone_loses() -> None:
     algebra = bs.algebra(6, 3)
     x = multivectors(algebra, None, 7)

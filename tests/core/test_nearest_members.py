@@ -79,6 +79,7 @@ def test_what_is_too_far() -> None:
     assert np.isnan(found.values[1:]).all() and x.deviation is None and (found + found).deviation is None
 
 
+@pytest.mark.slow
 def test_precision_shape_and_other_algebras() -> None:
     x = members("circle", 6).astype(np.float32).reshape(2, 3)
     found = perturbed(x.astype(float), 1e-3).astype(np.float32).normalized("circle", tolerance=1e-2)

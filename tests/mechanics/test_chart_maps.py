@@ -18,7 +18,7 @@ from bladesmith.codegen.formulas.motions import maps
 from bladesmith.errors import AlgebraMismatchError, InputError, SingularError
 from bladesmith.mechanics.chart_maps import FORMS, MAPS
 
-from ..oracles.dual_quaternions import MP, Dual, conjugate, motor, row_of, slopes, times
+from ..oracles.motions.dual_quaternions import MP, Dual, conjugate, motor, row_of, slopes, times
 from ..support.formulas import EPS, Traced, stock
 from ..support.vectors import unit
 

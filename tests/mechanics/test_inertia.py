@@ -297,4 +297,4 @@ def test_bad_bodies_say_what_is_wrong() -> None:
     with pytest.raises(AlgebraMismatchError, match="twist belongs to pga3d"):
         make(1.0, (1, 1, 1))(dynamics.twist((1, 0, 0), algebra=pga))
     plate = make(1.0, (0.0833333, 0.0833333, 0.1666667))  # rounded in print: within 1e-6
-    assert plate.shape == () and "centre (0, 0, 0)" in repr(plate)
+    assert plate.shape == () and "center (0, 0, 0)" in repr(plate)

@@ -119,7 +119,7 @@ def test_only_some_centroids_move_and_the_labels_are_those_of_all() -> None:
 def test_the_cost_never_rises() -> None:
     r = np.random.default_rng(8)
     x = cga.circle(r.normal(size=(300, 3)), r.normal(size=(300, 3)), r.uniform(0.5, 2, 300))
-    costs = [kmeans(x, 8, init="random", max_iterations=i, tolerance=0).cost for i in range(1, 12)]
+    costs = [kmeans(x, 8, init="random", iterations=i, tolerance=0).cost for i in range(1, 12)]
     assert all(after <= before * (1 + 1e-12) for before, after in zip(costs, costs[1:], strict=False))
     assert costs[-1] < costs[0]
 
@@ -229,6 +229,7 @@ def test_far_from_the_origin() -> None:
     assert distance.min(1).max() < 0.02
 
 
+@pytest.mark.slow
 def test_single_precision() -> None:
     x, truth = noisy("line", 90)
     found = kmeans(x.astype(np.float32), 3)
@@ -245,7 +246,7 @@ def test_shapes_and_progress() -> None:
 
 def test_iterations_that_run_out_are_told() -> None:
     x, _ = noisy("line", 300, 7)
-    found = kmeans(x, 12, init="random", max_iterations=1, tolerance=0)
+    found = kmeans(x, 12, init="random", iterations=1, tolerance=0)
     assert not found.converged and found.status == bs.Status.NOT_CONVERGED and found.iterations == 1
 
 
@@ -278,7 +279,7 @@ LINES = cga.line(np.eye(3), np.eye(3)[::-1])
         ({"progress": np.zeros(2)}, errors.InputError, "progress is array"),
         ({"init": "kmeans++"}, errors.InputError, "did you mean 'k-means\\+\\+'"),
         ({"cost": "printed"}, errors.InputError, "positive, thesis"),
-        ({"max_iterations": 0}, errors.InputError, "max_iterations is 0"),
+        ({"iterations": 0}, errors.InputError, "iterations is 0"),
         ({"tolerance": -1.0}, errors.InputError, "tolerance is -1.0"),
         ({"seed": -1}, errors.InputError, "seed is -1"),
         ({"threads": 0}, errors.InputError, "a whole number from 1"),

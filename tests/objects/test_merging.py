@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,11 +11,9 @@ import bladesmith as bs
 from bladesmith import cga3d as cga
 from bladesmith.codegen.algorithms.merging_layout import EVALUATIONS
 from bladesmith.codegen.build.extension import compiler
-from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
 from bladesmith.codegen.formulas.objects import costs
 from bladesmith.codegen.ir.loops.language import number_type
 from bladesmith.codegen.programs.merging import greedy
-from bladesmith.codegen.programs.merging.program import merge_program
 from bladesmith.dispatch import stock_algorithms
 from bladesmith.errors import GradeError, InputError, ShapeError, SingularError
 from bladesmith.objects.clustering import agglomerative
@@ -325,13 +321,3 @@ def test_bad_input_is_named(arguments, error, message):
     given_ = {"X": cga.line(np.zeros((3, 3)), np.eye(3)), "threshold": 1.0, **arguments}
     with pytest.raises(error, match=message):
         merge_similar(**given_)
-
-
-@pytest.mark.compiles
-def test_the_driver_compiles_without_a_warning(tmp_path):
-    extension = merge_program().extension()
-    for name, text in {**extension.headers, "kernels.c": extension.source}.items():
-        (tmp_path / name).write_text(text)
-    command = [*compiler().command, *C_FLAGS, *WARNING_FLAGS, "-c", "kernels.c", "-o", "kernels.o"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr[:2000]

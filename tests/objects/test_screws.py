@@ -290,6 +290,7 @@ def test_bad_sets() -> None:
     assert (single == NOT_UNIQUE).all()
 
 
+@pytest.mark.slow
 def test_single_precision() -> None:
     l1, l2 = (cga.line(p.astype(np.float32), m.astype(np.float32)) for p, m in ((P1, M1), (P2, M2)))
     exact = objects.closest_point(l1.astype(np.float64), l2.astype(np.float64)).parameters().xyz

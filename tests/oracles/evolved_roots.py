@@ -1,4 +1,4 @@
-"""What the tests and the benchmark of the root finders share: roots.h and its kin, compiled, and a reference.
+"""What the tests of the root finders share: the printed functions, compiled, and a reference.
 
 The reference has nothing in common with them: geometric algebra on the orthonormal basis, mpmath's roots of
 the octic, and the condition f at 50 digits. Everywhere a = t, and C1 is the circle at a = 1.
@@ -15,12 +15,15 @@ from bladesmith.codegen.build.extension import load
 from bladesmith.codegen.build.flags import WARNING_FLAGS
 from bladesmith.codegen.optimise.variants import as_written
 from bladesmith.codegen.programs import trace_spec
+from bladesmith.codegen.programs.tracer.algorithms import HITS, shared_functions
 from bladesmith.codegen.programs.tracer.surface_kinds import surface_kind
+from bladesmith.codegen.programs.tracer.surfaces import texts
+from bladesmith.codegen.targets.c.loops import c_functions
 from bladesmith.codegen.targets.c.printer import c_function
 from bladesmith.codegen.targets.c.source import ExtensionSource
 from bladesmith.codegen.targets.templates import render, template_text
 
-HEADERS = ("platform.h", "instance.h", "instance_end.h", "roots.h", "roots_rates.h", "companion.h", "evolved.h")
+HEADERS = ("platform.h", "instance.h", "instance_end.h", "loops.h")
 METHODS = {"isolate": 0, "companion": 1, "sampled": 2}
 VANISHES, INVALID = -1, -2
 MOST = 8  # roots of one branch
@@ -45,15 +48,23 @@ def library():
     kind = surface_kind(KIND)
     declared = dict.fromkeys([*kind.kernels, *(k for _, kernels in kind.methods for k in kernels)])
     functions = [c_function(as_written(trace_spec(d))) for d in declared]
-    features = "".join(f"#define BS_SCENE_{method.upper()} 1\n" for method in METHODS)
-    defines = "".join(f"#define {name} {value}\n" for name, value in kind.defines)
+    sizes = {
+        "ROW": kind.constants, "ROOTS": kind.roots, "GIVEN": kind.rows.direction.end, "NORM": kind.rows.norm.begin,
+        "KAPPA": kind.rows.kappa.begin, "PRINTED": kind.rows.printed, "RAY": kind.rows.shared.end,
+        "MEMBER": kind.name, "SUFFIX": kind.rows.degree,
+    }  # fmt: skip
+    features = "".join(f"#define BS_{name} {value}\n" for name, value in sizes.items())
+    features += "#define BS_OUTLINED static __attribute__((noinline, unused))\n#define BS_SURFACE BS_OUTLINED\n"
     source = '#include "platform.h"\n' + features + "".join(
-        f"#define BS_BITS {bits}\n#define BS_BYTES 0\n#define BS_TAG f{bits}\n{defines}"
-        '#include "instance.h"\n#include "kernels.h"\n#include "standin.h"\n'
+        f"#define BS_BITS {bits}\n#define BS_BYTES 0\n#define BS_TAG f{bits}\n"
+        '#include "instance.h"\n#include "kernels.h"\n#include "loops.h"\n'
+        '#include "scene_hits.h"\n#include "surface_functions.h"\n#include "standin.h"\n'
         for bits in (64, 32)
     )  # fmt: skip
     headers = {name: template_text(name) for name in HEADERS}
     headers["kernels.h"] = render("kernels.h.j2", functions=functions)
+    headers[HITS] = c_functions(shared_functions())
+    headers[texts.HEADER] = texts.header(texts.surface_functions([kind], METHODS))
     headers["standin.h"] = Path(__file__).with_name("evolved_roots.h").read_text(encoding="utf-8")
     return load(ExtensionSource("roots_standin", CDEF, source, headers, WARNING_FLAGS))
 

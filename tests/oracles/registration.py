@@ -11,10 +11,11 @@ import numpy as np
 
 from bladesmith import cga3d as cga
 from bladesmith.codegen.algebra.multivector import Multivector, from_values
-from bladesmith.codegen.programs.registration.registration import DIRECTED, KINDS
+from bladesmith.codegen.programs.registration.registration import DIRECTED
 from bladesmith.codegen.rings.protocol import PrecisionRing
 
 from ..support.formulas import series_exp, stock
+from ..support.registration import KINDS
 
 RING = PrecisionRing(50)
 MP = RING.context

@@ -16,7 +16,7 @@ def oracle(screws, tool, q):
     pose, before = mp.eye(4), []
     for s, x in zip(screws, q, strict=True):
         before.append(pose)
-        pose = pose * mp.expm(hat([mp.mpf(float(c)) * mp.mpf(float(x)) for c in s]))
+        pose = pose * mp.expm(hat([mp.mpf(float(c)) * mp.mpf(x) for c in s]))
     return pose * mp.matrix(tool.tolist()), [*before, pose]
 
 

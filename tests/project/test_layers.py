@@ -13,7 +13,7 @@ import pytest
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 #: Folder -> its package.
-ROOMS = {"codegen": ("bladesmith", "codegen"), "runtime": ("bladesmith",)}
+PACKAGES = {"codegen": ("bladesmith", "codegen"), "runtime": ("bladesmith",)}
 MOST_MODULES = 14
 
 Name = tuple[str, ...]
@@ -21,9 +21,9 @@ Name = tuple[str, ...]
 
 def modules() -> dict[Name, Path]:
     found = {}
-    for room, package in ROOMS.items():
-        for path in (CHECKOUT / room).rglob("*.py"):
-            inside = path.relative_to(CHECKOUT / room).with_suffix("").parts
+    for folder, package in PACKAGES.items():
+        for path in (CHECKOUT / folder).rglob("*.py"):
+            inside = path.relative_to(CHECKOUT / folder).with_suffix("").parts
             found[(*package, *(inside[:-1] if inside[-1] == "__init__" else inside))] = path
     return found
 
@@ -97,9 +97,9 @@ def test_no_module_is_imported_by_what_it_imports():
         pytest.fail("a cycle of imports: " + " <- ".join(".".join(name) for name in error.args[1]))
 
 
-@pytest.mark.parametrize("room", [*ROOMS, "tests"])
-def test_folders_are_small(room):
-    folders = [CHECKOUT / room, *(path for path in (CHECKOUT / room).rglob("*") if path.is_dir())]
+@pytest.mark.parametrize("folder", [*PACKAGES, "tests"])
+def test_folders_are_small(folder):
+    folders = [CHECKOUT / folder, *(path for path in (CHECKOUT / folder).rglob("*") if path.is_dir())]
     sizes = {folder: len([p for p in folder.glob("*.py") if p.name != "__init__.py"]) for folder in folders}
     assert not _larger(sizes)
 

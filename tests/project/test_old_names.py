@@ -26,7 +26,9 @@ ROTOR = cga3d.rotor((0, 0, 1), 1.0)
 
 def values(x: Any) -> Any:
     """Numbers of a result, whatever it is."""
-    return np.concatenate([values(each) for each in x]) if isinstance(x, tuple) else np.ravel(getattr(x, "values", x))
+    if isinstance(x, tuple) or hasattr(x, "labels"):
+        return np.concatenate([values(each) for each in x])
+    return np.ravel(getattr(x, "values", x))
 
 
 KEYWORDS: list[tuple[Callable[..., Any], dict[str, Any], tuple[str, ...]]] = [
@@ -41,6 +43,7 @@ KEYWORDS: list[tuple[Callable[..., Any], dict[str, Any], tuple[str, ...]]] = [
     (HINGE.allowed_twists, {"relative_to": "a", "body": "b"}, ("against",)),
     (objects.rotor_cost, {"cost": "thesis", "R": ROTOR}, ("kind",)),
     (objects.cost_matrix, {"cost": "thesis", "X": X, "Y": Y}, ("kind",)),
+    (objects.kmeans, {"cost": "thesis", "iterations": 3, "X": L[None], "k": 1}, ("kind", "max_iterations")),
 ]
 
 

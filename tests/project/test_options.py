@@ -8,8 +8,8 @@ from importlib import import_module
 
 import pytest
 
-PACKAGES = ("", "codegen", "objects", "curves", "interchange", "mechanics", "kinematics", "dynamics", "registration",
-            "tracer", "plot")  # fmt: skip
+PACKAGES = ("", "codegen", "objects", "curves", "interchange", "mechanics", "poses", "kinematics", "dynamics",
+            "registration", "tracer", "plot")  # fmt: skip
 #: Name of an option: its default, and what its description says.
 OPTIONS = {
     "threads": (None, r"[Dd]efault: the package's|As of|As in|As for|as in|See `"),

@@ -25,7 +25,7 @@ UNTYPED = {
     ),
     "sparse matrices of scipy": r"constraint_matrix|joint_jacobian|body_jacobian|Loops\.matrix|Tree\.solver",
     "what a user's function takes and gives": (
-        r"(KernelFunction|Kernel|AlgorithmFunction|AlgorithmDerivative|AlgorithmText)\.(\w+)"
+        r"(KernelFunction|Kernel|Algorithm(Function|Derivative|Text)?)\.(\w+)"
         r"|(Event|PinLinear)\.function|KernelSignature\.kernel"
     ),
     "whatever was interrupted": r"(Interrupted|ExecutorError)\.partial|Progress\.detail",
@@ -88,10 +88,10 @@ class User:
         package = folder / "site" / "bladesmith"
         package.mkdir(parents=True)
         folders = [Path(p) for p in bladesmith.__path__]
-        rooms = [
+        packages = [
             Path(importlib.import_module(f"bladesmith.{n}").__path__[0]) for n in ("codegen", "templates", "generated")
         ]
-        for path in [*(x for f in folders for x in f.iterdir()), *rooms]:
+        for path in [*(x for f in folders for x in f.iterdir()), *packages]:
             if not (package / path.name).exists():
                 (package / path.name).symlink_to(path)  # mypy does not follow the import hook of an editable install
 

@@ -1,4 +1,4 @@
-"""The compiled programs of tracer and registration under gcc's sanitizers: no access beyond an array, no overflow."""
+"""All compiled programs under gcc's sanitizers: no access beyond an array, no overflow."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ pytestmark = pytest.mark.sanitizers
 SCRIPT = CHECKOUT / "tests" / "support" / "sanitized.py"
 #: Conversions of numbers that do not fit are not among the undefined ones of gcc.
 FLAGS = "-fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all"
-PARTS = ("a_tree_of_everything", "several_rays_at_once", "all_points", "a_registration", "some_chains")
+PARTS = (
+    "a_tree_of_everything", "several_rays_at_once", "all_points", "a_registration", "some_chains", "merging",
+    "some_mechanisms", "simulations", "products_by_table", "some_kernels",
+)  # fmt: skip
 PATIENCE = 600.0  # seconds, on a busy machine
 
 
@@ -54,7 +57,8 @@ def test_sanitizers_find_what_is_wrong(run):
     assert "AddressSanitizer" in done.stderr or "runtime error" in done.stderr, done.stderr
 
 
-def test_programs_of_every_kind_are_clean(run):
-    done = run(*PARTS)
-    assert done.stdout.split("\n")[:-1] == [f"done {part}" for part in PARTS], done.stderr[-4000:]
+@pytest.mark.parametrize("part", PARTS)
+def test_programs_of_every_kind_are_clean(part, run):
+    done = run(part)
+    assert done.stdout.split("\n")[:-1] == [f"done {part}"], done.stderr[-4000:]
     assert done.returncode == 0, done.stderr[-4000:]

@@ -8,22 +8,27 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import bladesmith as bs
 from bladesmith import cga3d as cga
 from bladesmith import codegen, curves, dynamics, kinematics, objects, registration, tracer
-from bladesmith.cli.doctor import command as doctor
+from bladesmith.cli import main
+from bladesmith.codegen.build import toolchain
 from bladesmith.codegen.build.extension import generated_extension, load
 from bladesmith.codegen.declarations import plain_spec
 from bladesmith.codegen.generator import generate
 from bladesmith.codegen.language import Real, Reals
 from bladesmith.codegen.targets.capabilities import PROGRAMS, compiled_only, markdown_table
-from bladesmith.dispatch import stock_algorithms
+from bladesmith.dispatch import algorithm_loops, stock_algorithms
 from bladesmith.dispatch.installed import bundled_folder, headers, installed_program
+from bladesmith.dynamics.integration import program as simulation_program
+from bladesmith.dynamics.integration.program import program_for
 from bladesmith.errors import CompilerMissingError
+from bladesmith.kinematics.mechanism import loop_calls
 from bladesmith.kinematics.serial import driver
 from bladesmith.tracer.rendering import program
+
+from ..support.build.numba_code import shared_numba_code
 
 CAMERA = tracer.Camera.look_at((0.0, -8.0, 2.0), (0.0, 0.0, 0.5))
 LINES = cga.line(np.random.default_rng(0).normal(size=(9, 3)), np.random.default_rng(1).normal(size=(9, 3)))
@@ -61,14 +66,14 @@ def no_compiler(request, monkeypatch, tmp_path):
     else:
         monkeypatch.setenv("CC", "")
         monkeypatch.setenv("PATH", str(tmp_path))
-    caches = [program.engine_for, program._stock, driver._loop]
-    from bladesmith.dynamics.integration import driver as dynamics_engine
-
-    caches.append(dynamics_engine.driver)
+        monkeypatch.setattr(toolchain, "find_spec", lambda _: None)
+    caches = [program.engine_for, program._stock, driver._loop, loop_calls.mechanism_loop]
+    caches.append(program_for)
     for each in caches:
         each.cache_clear()
     refused = set(cga.stock._refused)
-    yield "the C compiler CC='/nonexistent/cc' does not run" if request.param == "CC" else "no C compiler was found"
+    with shared_numba_code(tmp_path):
+        yield "the C compiler CC='/nonexistent/cc' does not run" if request.param == "CC" else "no C compiler was found"
     for each in caches:
         each.cache_clear()
     cga.stock._refused.intersection_update(refused)
@@ -99,16 +104,14 @@ NEEDS_ONE = {
     "circles of degree 6": (lambda: render(tracer.EvolvedCircles(circles(7))), "evolved_circles_6 are compiled"),
     "point pairs of degree 4": (lambda: render(tracer.EvolvedPointPairs(pairs(5))), "evolved_point_pairs_4 are"),
     "one ray": (lambda: tracer.EvolvedCircles(circles(5)).intersect([0, -9, 0], [0, 1, 0]), "evolved_circles_4 are"),
-    "a simulation": (lambda: dynamics.Simulation(body()).run(0.1), "simulations are compiled"),
-    "a system": (lambda: dynamics.Simulation(DELTA.system(DELTA.inverse(Y))).run(0.1), "simulations are compiled"),
-    "a pose": (lambda: DELTA.mechanism(DELTA.inverse(Y)).solve_pose(), "poses of mechanisms are compiled"),
 }
 
 
 @installed
 @pytest.mark.parametrize("name", NEEDS_ONE)
-def test_what_needs_a_compiler_says_so(name, no_compiler):
+def test_what_needs_a_compiler_says_so(name, no_compiler, monkeypatch):
     make, what = NEEDS_ONE[name]
+    monkeypatch.setattr(program, "find_spec", lambda _: None)  # numba is not there, either
     with pytest.raises(CompilerMissingError) as caught:
         make()
     message = str(caught.value)
@@ -218,9 +221,43 @@ def test_chains_run_by_numba_to_the_same_bits(no_compiler, monkeypatch, caplog):
 
 @pytest.mark.parametrize("name", CHAIN)
 def test_chains_with_neither_say_so(name, no_compiler, monkeypatch):
-    monkeypatch.setattr(driver, "find_spec", lambda package: None)
+    monkeypatch.setattr(algorithm_loops, "find_spec", lambda package: None)
     with pytest.raises(CompilerMissingError, match="chains are compiled at their first use") as caught:
         CHAIN[name](chain())
+    assert str(caught.value).startswith(no_compiler) and "Install gcc or clang" in str(caught.value)
+
+
+SIMULATIONS = {
+    "a body": lambda: dynamics.Simulation(body()),
+    "a system": lambda: dynamics.Simulation(DELTA.system(DELTA.inverse(Y))),
+}
+
+
+@pytest.mark.peers
+@pytest.mark.compiles
+@pytest.mark.parametrize("no_compiler", ["PATH"], indirect=True)
+def test_simulations_run_by_numba_to_the_same_bits(no_compiler, monkeypatch, caplog):
+    pytest.importorskip("numba")
+    found = SIMULATIONS["a body"]().run(0.1)
+    assert f"simulations run by numba: {no_compiler}." in {r.getMessage() for r in caplog.records}
+    monkeypatch.undo()
+    program_for.cache_clear()
+    assert found.motor.values.tobytes() == SIMULATIONS["a body"]().run(0.1).motor.values.tobytes()
+
+
+@pytest.mark.parametrize("name", SIMULATIONS)
+def test_simulations_with_neither_say_so(name, no_compiler, monkeypatch):
+    monkeypatch.setattr(simulation_program, "find_spec", lambda package: None)
+    with pytest.raises(CompilerMissingError, match="simulations are compiled when they first run") as caught:
+        SIMULATIONS[name]().run(0.1)
+    assert str(caught.value).startswith(no_compiler) and "Install gcc or clang" in str(caught.value)
+
+
+def test_poses_of_mechanisms_with_neither_say_so(no_compiler, monkeypatch):
+    loop_calls.mechanism_loop.cache_clear()
+    monkeypatch.setattr(algorithm_loops, "find_spec", lambda package: None)
+    with pytest.raises(CompilerMissingError, match="poses of mechanisms are compiled at their first use") as caught:
+        DELTA.mechanism(DELTA.inverse(Y)).solve_pose()
     assert str(caught.value).startswith(no_compiler) and "Install gcc or clang" in str(caught.value)
 
 
@@ -263,8 +300,9 @@ def test_folders_of_generated_kernels_run_as_plain_python(no_compiler, tmp_path,
     assert told and all("numba" not in text and "generated kernels are compiled" in text for text in told)
 
 
-def test_doctor_says_what_runs(no_compiler):
-    found = json.loads(CliRunner().invoke(doctor, ["--json"]).output)
+def test_doctor_says_what_runs(no_compiler, capsys):
+    assert main.run(["doctor", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
     assert found["targets"]["C"] == "installed kernels only"
     assert "install gcc or clang" in found["compiler"]["compiler"]
     lacks = found["compiler"]["without it"]
@@ -295,9 +333,9 @@ RUNS = {
         registration.Model(lines=LINES), registration.Model(lines=MOTOR >> LINES), backend="numba"
     ),
     "merging": lambda: objects.merge_similar(LINES, 0.5),
-    "simulations": NEEDS_ONE["a simulation"][0],
+    "simulations": lambda: SIMULATIONS["a body"]().run(0.1),
     "chains": lambda: CHAIN["forward"](chain()),
-    "mechanisms": NEEDS_ONE["a pose"][0],
+    "mechanisms": lambda: DELTA.mechanism(DELTA.inverse(Y)).solve_pose(),
 }
 
 
@@ -326,6 +364,7 @@ def test_the_table_of_targets_is_that_of_the_docs():
 def test_no_text_is_made_for_nothing(tmp_path):
     """The error comes at once: not after seconds of printing programs that cannot be compiled."""
     script = (
+        "import sys\nsys.modules['numba'] = None\n"
         "from bladesmith import dynamics, errors\n"
         "from bladesmith.codegen.programs.dynamics import dynamics as programs\n"
         "simulation = dynamics.Simulation(dynamics.RigidBody(1.0, [1.0, 2.0, 3.0]))\n"

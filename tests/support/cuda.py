@@ -5,10 +5,22 @@ Its device memory is the host's, and a launch runs its threads one after the oth
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import hashlib
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+
+import pytest
 
 from bladesmith.codegen.build.extension import load as load_extension
+from bladesmith.codegen.execute import cuda_driver, cuda_items
+from bladesmith.codegen.execute.cuda_compiler import compile_source
+from bladesmith.codegen.execute.cuda_driver import CudaModule, Device, unavailable
+from bladesmith.codegen.optimise.variants import Variant
+from bladesmith.codegen.targets.c.printer import symbol
 from bladesmith.codegen.targets.c.source import ExtensionSource
+from bladesmith.codegen.targets.cuda.printer import DRIVER_OPTIONS, cuda_source, self_contained
+from bladesmith.codegen.trace.kernel import interface
 
 #: CUDA's words for the C compiler: a thread is a call, its place in the grid a global.
 WORDS = """
@@ -113,3 +125,68 @@ def stand_in(name: str, text: str, launchers: Mapping[str, Sequence[str]]) -> st
     own = text.replace('extern "C" ', "static ")
     source = "\n".join(["#include <stddef.h>", "#include <stdlib.h>", WORDS, own, *calls, driver])
     return str(load_extension(ExtensionSource(name, "int bs_left_open(void);", source, options=("-O1",))).__file__)
+
+
+def stand_in_of_kernels(name: str, variants: Iterable[Variant]) -> Device:
+    """A device that runs the launchers of some kernels' text, thread by thread."""
+    chosen = list(variants)
+    launchers = {}
+    for variant in chosen:
+        inputs, outputs = interface(variant.kernel)
+        for tag, scalar in (("f64", "double"), ("f32", "float")):
+            types = ["long long", "long long"]
+            types += ["unsigned char *" if o.is_status else f"{scalar} *" for o in outputs]
+            types += [f"const {scalar} *", "long long"] * len(inputs)
+            launchers[f"{symbol(variant.kernel)}_batch_{tag}"] = types
+    return Device(driver=stand_in(name, self_contained(cuda_source(chosen)), launchers))
+
+
+def stand_in_of_loops(name: str, files: Mapping[str, str]) -> Device:
+    """A device that runs the launchers of some text's loops, thread by thread."""
+    launchers = {}
+    for head in re.finditer(r"\b(\w*launch_\w+)\((long long begin, long long end,[^)]*)\)", files["kernels.cu"]):
+        arguments = re.sub(r"\bconst\b|\b__grid_constant__\b", "", head[2]).split(",")
+        launchers[head[1]] = [" ".join(argument.split()[:-1]) for argument in arguments]
+    return Device(driver=stand_in(name, self_contained(files), launchers))
+
+
+#: Where a test runs the text for GPUs: through the C compiler, and on a GPU.
+STAND_IN, GPU = "stand-in", "GPU"
+each_device = pytest.mark.parametrize(
+    "where",
+    [
+        STAND_IN,
+        pytest.param(GPU, marks=pytest.mark.skipif(bool(unavailable()), reason=f"no GPU to run on: {unavailable()}")),
+    ],
+)
+
+
+@contextmanager
+def devices(where: str) -> Iterator[list[Device]]:
+    """Devices that algorithms are compiled for, one for each of their programs: a stand-in of its own, or the GPU."""
+    used: list[Device] = []
+    compile_loops = cuda_items.compile_loops
+
+    def stood_in(_: object, source: Mapping[str, str]) -> CudaModule:
+        digest = hashlib.sha256(self_contained(source).encode()).hexdigest()[:12]
+        used.append(stand_in_of_loops(f"stand_in_{digest}", source))
+        return CudaModule(used[-1], b"no image")
+
+    def counted(device: Device, source: Mapping[str, str]) -> CudaModule:
+        used.append(device)
+        return compile_loops(device, source)
+
+    with pytest.MonkeyPatch.context() as patch:
+        if where == STAND_IN:
+            patch.setattr(cuda_driver, "first_gpu", lambda: None)
+        patch.setattr(cuda_items, "compile_loops", stood_in if where == STAND_IN else counted)
+        yield used
+
+
+def assert_clean(files: Mapping[str, str], arch: str, launchers: set[str]) -> None:
+    """NVRTC has nothing to say, and every operation is rounded by itself."""
+    compiled = compile_source(files, arch, DRIVER_OPTIONS)
+    assert compiled.log == ""
+    ptx = compiled.image.decode()
+    assert set(re.findall(r"\.entry (\w+)\(", ptx)) == launchers
+    assert not re.search(r"\bfma\.|\.approx|\.ftz", re.sub(r"//.*", "", ptx))

@@ -18,6 +18,7 @@ EXAMPLES = CHECKOUT / "examples" / "registration"
 PATIENCE = 60.0  # seconds for a process on a busy machine
 #: Of the models of files, pictures and executors.
 POSE = cga3d.translator((1, 2, -0.5)) * cga3d.rotor((1, 2, 3), 2.0)
+#: Kinds that have multivectors of their own.
 KINDS = ("point", "point_pair", "line", "circle", "plane", "sphere")
 TURN = cga3d.translator((1, 2, 3)) * cga3d.rotor((1, 2, 0), 1.3, (3, 1, 1))
 
@@ -46,6 +47,7 @@ def fresh(kind, n, rng, size=1.0):
         "points": lambda: place(n, 3),
         "point_pairs": lambda: place(n, 2, 3),
         "lines": lambda: np.stack([place(n, 3), along], 1),
+        "segments": lambda: place(n, 1, 3) + np.stack([0 * along, 2 * radii * along], 1),
         "circles": lambda: np.concatenate([place(n, 3), along, radii], 1),
         "planes": lambda: np.concatenate([along, place(n, 1)], 1),
         "spheres": lambda: np.concatenate([place(n, 3), radii], 1),
@@ -77,7 +79,7 @@ def table():
 def moved(kind, x, turn, shift):
     """Parameters after x -> turn x + shift."""
     x = np.array(x, float)
-    if kind in ("points", "point_pairs"):
+    if kind in ("points", "point_pairs", "segments"):
         return x @ turn.T + shift
     if kind == "lines":
         return np.stack([x[:, 0] @ turn.T + shift, x[:, 1] @ turn.T], 1)
@@ -116,6 +118,8 @@ def turned(kind, x, rng):
     signs, x = rng.choice([-1.0, 1.0], len(x))[:, None], np.array(x)
     if kind == "lines":
         x[:, 1] *= signs
+    elif kind == "segments":
+        x = np.where(signs[:, None] < 0, x[:, ::-1], x)
     elif kind == "planes":
         x *= signs
     elif kind == "circles":

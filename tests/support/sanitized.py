@@ -1,5 +1,5 @@
-"""Run by project/test_sanitizers.py in a process of its own, under sanitizers: scenes of every kind, bad rays among
-good ones; models, bad objects among good ones.
+"""Run by project/test_sanitizers.py in a process of its own, under sanitizers: all drivers, with bad rays, objects,
+coordinates and numbers among good ones.
 
 Nothing is asserted about results, which other tests do: every access to memory, shift and conversion is watched.
 """
@@ -12,11 +12,19 @@ import sys
 
 import numpy as np
 
-from bladesmith import cga3d, curves, kinematics, tracer
-from bladesmith.codegen.build.extension import load
+import bladesmith as bs
+from bladesmith import cga3d, codegen, curves, dynamics, kinematics, tracer
+from bladesmith.codegen.build.extension import generated_extension, load
+from bladesmith.codegen.execute.pairs import all_pairs, nearest
+from bladesmith.codegen.formulas.products.exponentials import log_motor
+from bladesmith.codegen.programs.merging.kinds import KINDS as MERGED
 from bladesmith.codegen.programs.registration.registration import KINDS
 from bladesmith.codegen.programs.tracer.scene import needs
 from bladesmith.codegen.targets.c.source import ExtensionSource
+from bladesmith.dispatch import product_tables, stock_algorithms
+from bladesmith.dispatch.installed import bundled_folder, headers
+from bladesmith.kinematics.mechanism.poses.jacobians import METHODS
+from bladesmith.objects.clustering.agglomerative_driver import Greedy
 from bladesmith.registration.backends import algorithms as reform_algorithms
 from bladesmith.registration.backends import model_rows as reform_sides
 from bladesmith.registration.backends.driver import Driver
@@ -192,6 +200,113 @@ def some_chains(random):
         chain.inverse(chain.forward(q), attempts=2, iterations=9)
 
 
+def merging(random):
+    """Of all kinds: copies, pairs that are near each other, and what is no object; none, one, and many."""
+    stock_algorithms.installed_program = lambda name: None  # that one was made without sanitizers
+    for kind in MERGED:
+        size = cga3d.kind(kind).size
+        for count in (0, 1, 2, 300):
+            rows = random.normal(size=(count, size))
+            rows[::7] = random.choice(EXTREME, rows[::7].shape)
+            rows[1::3] = rows[:1]
+            for align in (False, True):
+                greedy = Greedy(kind, rows, np.ones(count), random.choice([0.1, 10.0, np.inf]), align)
+                greedy.find(1)
+                while greedy.step(50):
+                    pass
+
+
+def some_mechanisms(random):
+    """A four-bar linkage: coordinates such as it has and none, along a path, and both kinds of Jacobians."""
+    places = np.array([[0, 0, 0], [0, 1, 0], [2, 1.5, 0], [2.5, 0, 0]])
+    bodies = ["base", "crank", "coupler", "rocker"]
+    ends = zip(bodies, [*bodies[1:], bodies[0]], places, strict=True)
+    joints = [kinematics.Revolute(a, b, cga3d.circle(p, (0, 0, 1), 0.2)) for a, b, p in ends]
+    bars = kinematics.Mechanism(bodies, "base")
+    for name, joint in zip("abcd", joints, strict=True):
+        bars.add(joint, name)
+    angles = np.append(random.uniform(-4, 4, 9), [np.nan, np.inf, 1e300, 0.0])
+    poses = bars.solve_pose({"a": angles})
+    bars.solve_pose({"a": angles}, path=True)
+    bars.solve_pose(targets={"rocker": poses["rocker"], "coupler": ((1.0, 0.0, 0.0), np.ones((len(angles), 3)))})
+    for method in METHODS:
+        bars.jacobian("a", ["c", "coupler"], poses=poses, method=method, strict=False)
+
+
+def simulations(random):
+    """Two rods with loads, one turning body, and one on a pin: methods of all sorts, gradients, steps too long."""
+    rod, turn = [1 / 12, 1 / 12, 1e-3], np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]])
+    loads = [dynamics.Gravity((0, 0, -9.81)), dynamics.Damper(angular=0.1, linear=0.2)]
+    rods = {name: dynamics.RigidBody(1.0, rod, (x, 0, 0), turn) for name, x in (("upper", 0.5), ("lower", 1.5))}
+    axes = [cga3d.circle((x, 0, 0), (0, 1, 0), 1.0) for x in (0, 1)]
+    hinges = [kinematics.Revolute(a, b, x) for a, b, x in zip(("base", "upper"), rods, axes, strict=True)]
+    top = dynamics.RigidBody(1.0, [0.1, 0.1, 0.02], (0, 0, 1), angular_velocity=random.normal(size=3))
+    pin = dynamics.Pin(cga3d.point((0, 0, -1.0)))
+    for integrator in ("rk4", "taylor"):
+        dynamics.Simulation(dynamics.System(rods, hinges), loads, integrator=integrator).run(0.05)
+    dynamics.Simulation(dynamics.System(rods, hinges), loads[:1]).run(0.02, sensitivities=["gravity"])
+    dynamics.Simulation(top, loads, integrator="adaptive").run(0.2, sensitivities=["mass"])
+    dynamics.Simulation(top, loads[:1], [pin], integrator="rk4").run(1000.0, step=100.0, project=True)
+
+
+def products_by_table(random):
+    """All numbers of items that blocks may be left with, one operand for all of them, and both precisions."""
+    library = load(generated_extension(bundled_folder("general"), headers()))
+    library.lib.bs_initialize()
+    for instance in range(library.lib.bs_instance_count()):
+        if not library.lib.bs_use_instance(instance):
+            continue
+        for signature in ((2, 0, 0), (2, 1, 1), (4, 1, 0)):
+            blades = tuple(range(1 << sum(signature)))
+            table = product_tables.product_table(bs.algebra(*signature), "geometric", blades, blades[1::2])
+            struct, kept = table_struct(library.ffi, table)
+            for single, dtype in ((0, np.float64), (1, np.float32)):
+                for count in (1, 2, 7, 8, 9, 16, 33):
+                    a, b = (random.choice(EXTREME, (count, n)).astype(dtype) for n in table.sizes)
+                    out = np.empty((count, len(table.blades)), dtype)
+                    for stride_a, stride_b in ((a.shape[1], b.shape[1]), (0, b.shape[1]), (a.shape[1], 0)):
+                        passed = [library.ffi.from_buffer(x) for x in (out, a, b)]
+                        library.lib.bs_multiply(
+                            struct, single, 0, count, passed[0], passed[1], stride_a, passed[2], stride_b
+                        )
+            assert kept
+
+
+def table_struct(ffi, table):
+    """The C view of a table, and what keeps its memory alive."""
+    indices = [ffi.from_buffer("int32_t[]", x) for x in (table.starts, table.left, table.right)]
+    kept = [*indices, ffi.from_buffer("double[]", table.weights)]
+    return ffi.new("bs_product *", [len(table.blades), *table.sizes, *kept]), kept
+
+
+@codegen.kernel(cga3d.kind("motor"), cga3d.kind("circle"))
+def moved(m, x):
+    return m * x * ~m
+
+
+logarithm = codegen.kernel(cga3d.kind("motor"))(log_motor)
+
+
+@codegen.kernel(cga3d.kind("point"), cga3d.kind("point"))
+def nearness(x, y):
+    return (x | y).grade(0)
+
+
+def some_kernels(random):
+    """All numbers of items that vectors may be left with, one operand for all, both precisions, and all pairs."""
+    for kernel in (moved, logarithm, nearness):
+        for dtype in (np.float64, np.float32):
+            for count in (0, 1, 2, 3, 4, 5, 8, 9, 33):
+                rows = [random.choice(EXTREME, (count, kind.size)).astype(dtype) for kind in kernel.kinds]
+                kernel(*rows)
+                kernel(*(row[0] if k and count else row for k, row in enumerate(rows)))
+    points = random.choice(EXTREME, (300, 5))
+    for count in (1, 7, 300):
+        run = nearness.bound("c", [points, points])
+        all_pairs(run, points[:count], points)
+        nearest(run, points[:count], points)
+
+
 def a_mistake(random):
     """What must be found, or nothing would be."""
     text = "int wrong(int n) { int numbers[4] = {1, 2, 3, 4}; return numbers[n]; }"
@@ -200,8 +315,11 @@ def a_mistake(random):
 
 PARTS = {
     part.__name__: part
-    for part in (a_tree_of_everything, several_rays_at_once, all_points, a_registration, some_chains, a_mistake)
-}
+    for part in (
+        a_tree_of_everything, several_rays_at_once, all_points, a_registration, some_chains, merging, some_mechanisms,
+        simulations, products_by_table, some_kernels, a_mistake,
+    )
+}  # fmt: skip
 
 if __name__ == "__main__":
     for name in sys.argv[1:]:

@@ -32,7 +32,7 @@ from .surfaces import (
 
 #: Square of what u is at most for |C'| = 1 and a unit line through the origin; (1 + x^2)^2 as much at the distance x.
 LINE = 16
-#: Within that many spacings at 1 the condition is zero to rounding; roots.h counts in halves of them.
+#: Within that many spacings at 1 the condition is zero to rounding; `algorithms.roots` counts in halves of them.
 TOUCH = 8
 
 

@@ -69,6 +69,11 @@ def motor_rate(r: Multivector, omega: Multivector) -> Multivector:
     return -(r * omega) / 2
 
 
+def twist_of(r: Multivector, rate: Multivector) -> Multivector:
+    """-2 ~R dR, the twist in the body's frame that moves a motor so: `motor_rate` read backwards."""
+    return (-2 * (~r * rate)).grade(2)
+
+
 def move_by_twist(r: Multivector, omega: Multivector) -> Multivector:
     """R exp(-Omega/2)."""
     return r * exp_bivector(-omega / 2)
@@ -199,6 +204,11 @@ def wrench_to_body(r: Multivector, wrench: Multivector) -> Result:
     return row(covector(to_body_frame(r, wrench)), "carried")
 
 
+def given_row(powers: Covector) -> Result:
+    """A wrench that the body sees as it is given."""
+    return row(list(powers), "given")
+
+
 def velocity_at(omega: Multivector, position: Multivector) -> Multivector:
     """v + w x p."""
     return attached_part(omega) + cross(direction_part(omega), position)
@@ -226,13 +236,16 @@ def spring(
     )
 
 
+def relative_twist(r: Multivector, omega: Multivector, s: Multivector, psi: Multivector) -> Multivector:
+    """Twist of a body as another body sees it, in the frame of the first."""
+    return omega - (relative(r, s) >> psi).grade(2)
+
+
+def counter_wrench(r: Multivector, s: Multivector, powers: Covector) -> Result:
+    """What acts on another body where a wrench with these powers acts on the first, in the frame of that other."""
+    return row(covector(-(relative(s, r) >> of_covector(powers)).grade(2)), "counter")
+
+
 def moved_point(r: Multivector, point: Multivector) -> Multivector:
     """Position of a body's point that was at a place, for the body at R."""
     return (euclidean_part(r) >> point).grade(1) + translation_of(r)
-
-
-def drag(omega: Multivector, center: Multivector, angular: Multivector, linear: Multivector) -> Result:
-    """Against the turning of a body, and against the motion of its center."""
-    force = -linear * velocity_at(omega, center)
-    couple = -angular * direction_part(omega) * null_vector(omega)
-    return row(covector(wrench_at(force, center) + couple), "drag")

@@ -9,7 +9,7 @@ from ...algebra.multivector import Mask, Multivector, select
 from ...status import Status
 from ...trace.outputs import Result, status
 
-#: A sum smaller than this many rounding errors of its terms is taken for zero.
+#: A sum is zero if it is less than this many units of roundoff of the sum of its terms' magnitudes.
 NOISE = 64
 
 

@@ -157,6 +157,37 @@ def _off(between: Multivector, part: Callable[[Multivector], Multivector]) -> tu
     return row([form(between, between)], "square"), row(gradient, "gradient"), row(matrix, "matrix")
 
 
+# -- segments: two ends of a stretch of a line -------------------------------------------------------------
+
+
+def ends_apart(a: Multivector, b: Multivector, c: Multivector, d: Multivector) -> tuple[Result, Result]:
+    """How far the segments a b and c d are from stretches of one line: the mean square of the distances of the ends of
+    the shorter from the line of the longer, and how far the shorter sticks out of the longer along the latter.
+    """
+    first, second = b - a, d - c
+    lengths = [(v * v).grade(0) for v in (first, second)]
+    squares = [
+        sum_of_squares([(p - q) ^ along for p in ends]) / (2 * square)
+        for ends, q, along, square in (((c, d), a, first, lengths[0]), ((a, b), c, second, lengths[1]))
+    ]
+    is_longer = lengths[0] > lengths[1]
+    square = select(is_longer, squares[0], squares[1])
+    along = select(is_longer, *(v / sqrt(s) for v, s in zip((first, second), lengths, strict=True)))
+    middles = absolute(((a + b - c - d) | along).grade(0)) / 2
+    halves = absolute(absolute((first | along).grade(0)) - absolute((second | along).grade(0))) / 2
+    out = middles - halves
+    nothing = out.constant(0)
+    return row([square], "square"), row([select(out > nothing, out, nothing)], "out")
+
+
+def sum_of_squares(parts: list[Multivector]) -> Multivector:
+    """Sum of the squared norms of Euclidean blades."""
+    total = (parts[0] * ~parts[0]).grade(0)
+    for x in parts[1:]:
+        total = total + (x * ~x).grade(0)
+    return total
+
+
 # -- frames: models as seen from a position ----------------------------------------------------------------
 
 
@@ -278,6 +309,19 @@ def cost_rates(x: Multivector, y: Multivector) -> tuple[Result, Result, Result]:
         for q in rates[i:]
     ]
     return row([cost], "cost"), row(gradient, "gradient"), row(matrix, "matrix")
+
+
+def vector_rates(r: Multivector, x: Multivector) -> tuple[Result, Result]:
+    """Coordinates of R x ~R for a point or a direction x, and their rates (6 x 3) by b in exp(b) R."""
+    basis = [x.new({b: x.ring.constant(Fraction(1))}) for b in x.algebra.kind("twist").blades]
+    moved = (r >> x).grade(1)
+    rates = [c for e in basis for c in coordinates(euclidean_part((e * moved - moved * e).grade(1)))]
+    return row(coordinates(euclidean_part(moved)), "moved"), row(rates, "rates")
+
+
+def position_rates(r: Multivector, p: Multivector) -> tuple[Result, Result]:
+    """`vector_rates` of the point at a position."""
+    return vector_rates(r, point(p).grade(1))
 
 
 def rotor_rates(x: Multivector, y: Multivector) -> tuple[Multivector, list[Multivector]]:

@@ -111,6 +111,8 @@ class AssignmentReader(ExpressionReader):
 
     def assign_one(self, node: ast.AST, target: ast.expr, found: Meaning) -> None:
         match target:
+            case ast.Name("_") if not isinstance(found, View) and "_" not in self.scope.types:
+                pass  # not looked at
             case ast.Name(name):
                 if isinstance(found, View):
                     self._name_view(node, name, found)

@@ -9,10 +9,11 @@ from typing import Any
 
 from . import language
 from .assignments import AssignmentReader
-from .nodes import Allocate, Array, Call, Expression, Function, KernelSignature, Load, Variable, View, integer
+from .nodes import Allocate, Array, Binary, Call, Expression, Function, KernelSignature, Load, Variable, View, integer
+from .records import Record
 from .scope import Meaning, Static, items_of, whole
 from .text import is_static
-from .types import REAL, ArrayType, Parameter, Scalar, StaticType
+from .types import INT, REAL, ArrayType, Parameter, Scalar, StaticType
 
 
 class CallReader(AssignmentReader):
@@ -25,11 +26,14 @@ class CallReader(AssignmentReader):
     def allocate(self, node: ast.stmt, target: ast.expr, value: ast.Call) -> None:
         scalar, is_zero = language.ALLOCATORS[self.called(value)]
         shape = tuple(self.static(n, "the size of an array") for n in value.args)
+        record = shape[-1] if shape and isinstance(shape[-1], Record) else None
+        if record is not None:
+            scalar, shape = record.scalar, (*shape[:-1], record.size)
         if not shape or not all(isinstance(n, int) and n > 0 for n in shape):
             self.refuse(node, f"an array of shape {shape}", "Sizes are positive integers.")
         if not isinstance(target, ast.Name):
             self.refuse(node, "an array without a name", "Assign it to a name.")
-        self.new_array(node, target.id, ArrayType(scalar, shape), is_zero)
+        self.new_array(node, target.id, ArrayType(scalar, shape, record=record), is_zero)
 
     def new_array(self, node: ast.AST, name: str, type: ArrayType, is_zero: bool = False) -> View:
         """A local array under a name of the text."""
@@ -109,9 +113,17 @@ class CallReader(AssignmentReader):
             self.refuse(node, f"{parameter.name} is {declared}, and gets something else", "Give it such an array.")
         if found.type == declared or (declared.is_generic and len(found.type.sizes) == declared.axes):
             return found
+        if found.type.bits != declared.bits:
+            self.refuse(
+                node, f"{parameter.name} is stored as {declared.storage}, and gets {found.type.storage}",
+                "Declare both alike, or copy the numbers: a[i] = b[i].",
+            )  # fmt: skip
         count = found.type.sizes[0] if found.type.sizes else None
         if declared.is_open and count is not None and found.type.sizes[1:] == declared.sizes[1:]:
             return replace(found, type=declared, rows=integer(count))
+        if declared.is_open and found.rows is not None and found.type.size == 1:
+            rows = Binary("//", found.rows, integer(declared.size), INT)
+            return replace(found, type=declared, rows=rows)
         return self.refuse(node, f"{found.type} for {parameter.name}, which is {declared}", "The shapes must be one.")
 
     def temporary(self, node: ast.AST, items: Sequence[Any], scalar: Scalar = REAL) -> View:

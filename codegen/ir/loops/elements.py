@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any, NoReturn
 
 from ...errors import AlgorithmError
-from .nodes import Constant, Expression, Intrinsic, Load, View, integer, plus, scaled
+from .nodes import Binary, Constant, Expression, Intrinsic, Load, View, integer, plus, scaled
 from .scope import Meaning, Scope, Static
 from .static import plain
 from .text import AlgorithmText
@@ -114,10 +114,10 @@ class ElementReader(ABC):
 
     def _subscript(self, node: ast.Subscript, base: Meaning, index: ast.expr) -> Meaning:
         if isinstance(base, Static):
-            key = self.static(index, "the index of a static value")
+            key = self._static_slice(index) if isinstance(index, ast.Slice) else self.static(index, "a static index")
             try:
                 return Static(base.value[key])
-            except (LookupError, TypeError) as error:
+            except (LookupError, TypeError, ValueError) as error:
                 self.refuse(node, f"a static value has no such element ({error})", "Look at the value.")
         if not isinstance(base, View):
             self.refuse(node, "an index of what is not an array", "Arrays are parameters, zeros(...) or empty(...).")
@@ -134,6 +134,10 @@ class ElementReader(ABC):
             return Load(base.array, offset)
         return View(base.array, offset, base.type.row(len(indices)))
 
+    def _static_slice(self, bounds: ast.Slice) -> slice:
+        parts = (bounds.lower, bounds.upper, bounds.step)
+        return slice(*(None if p is None else self.static(p, "a bound of a static slice") for p in parts))
+
     def _field(self, node: ast.AST, base: View, name: str) -> Meaning:
         """A field of one row of a record."""
         if len(base.type.sizes) != 1:
@@ -143,10 +147,15 @@ class ElementReader(ABC):
         except AlgorithmError as error:
             self.refuse(node, error.what, str(error.remedy))
         place = plus(base.offset, integer(offset))
-        return View(base.array, place, type) if isinstance(type, ArrayType) else Load(base.array, place)
+        if not isinstance(type, ArrayType):
+            return Load(base.array, place)
+        return View(base.array, place, type, is_still=name in base.type.record.still)
 
     def _slice(self, base: View, bounds: ast.Slice) -> View:
-        """``a[:]``, part of an array from one static index to another, or ``a[i : i + n]`` with a static n."""
+        """``a[:]``, part of an array from one static index to another, ``a[i : i + n]`` with a static n, or ``a[i:]``.
+
+        The last is of an array whose number of rows is known at run time.
+        """
         if bounds.step is not None:
             self.refuse(bounds.step, "a slice with a step", "Write a loop.")
         if bounds.lower is None and bounds.upper is None:
@@ -155,6 +164,10 @@ class ElementReader(ABC):
         low = integer(0) if bounds.lower is None else self.expression(bounds.lower)
         if low.type != INT:
             self.refuse(bounds, f"a slice begins at a value of type {low.type}", "Use an integer.")
+        if base.type.is_open and bounds.upper is None:
+            assert base.rows is not None
+            rest = Binary("-", base.rows, low, INT)
+            return replace(base, offset=plus(base.offset, scaled(low, base.type.stride(0))), rows=rest)
         if isinstance(low, Constant):
             high = length if bounds.upper is None else self.static(bounds.upper, "the end of a slice")
             count = high - int(low.value) if isinstance(high, int) else 0

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import Any
 
+from ...elementary.machine import select
 from . import language
 from .elements import ElementReader
 from .nodes import Binary, Constant, Expression, Intrinsic, Select, Unary, View, plus
@@ -16,8 +17,15 @@ from .static import COMPARISONS, fold_binary, plain
 from .text import is_static
 from .types import BOOL, INT, REAL
 
-_OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%"}
+_OPERATORS = {
+    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%",
+    ast.BitAnd: "&", ast.BitOr: "|", ast.BitXor: "^", ast.LShift: "<<", ast.RShift: ">>",
+}  # fmt: skip
+#: Operators on the bits of integers; the first three are there for truth values, too, both of which are computed.
+_BITWISE = {"&": "&", "|": "|", "^": "!=", "<<": "", ">>": ""}
 _COMPARISONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
+#: Of an integer.
+_BITS = 64
 _WHAT_THERE_IS = "Algorithms have numbers, arrays, arithmetic, comparisons, and/or/not, `a if c else b` and calls."
 
 
@@ -55,7 +63,7 @@ class ExpressionReader(ElementReader):
             case ast.Compare():
                 return self._compare(node)
             case ast.IfExp():
-                return self._select(node)
+                return self._select(node, node.test, node.body, node.orelse)
             case ast.Call():
                 return self._call(node)
             case _:
@@ -90,17 +98,30 @@ class ExpressionReader(ElementReader):
             return Static(fold_binary(self.refuse, node, left.value, right.value))
         operator = _OPERATORS.get(type(node.op))
         if operator is None:
-            self.refuse(node, "an operator that algorithms have not", "There are + - * / // %; write x * x for x ** 2.")
+            known = "There are + - * / // % & | ^ << >>; write x * x for x ** 2."
+            self.refuse(node, "an operator that algorithms have not", known)
         return self.operation(node, operator, self.number(node.left, left), self.number(node.right, right))
 
     def operation(self, node: ast.AST, operator: str, left: Expression, right: Expression) -> Expression:
         """Arithmetic of two numbers: of integers if both are, but for ``/``."""
+        if operator in _BITWISE:
+            return self._bitwise(node, operator, left, right)
         left, right = self._arithmetic(node, left), self._arithmetic(node, right)
         if left.type == right.type == INT and operator != "/":
             return plus(left, right) if operator == "+" else Binary(operator, left, right, INT)
         if operator in ("//", "%"):
             self.refuse(node, f"{operator} of real numbers", "It is there for integers alone.")
         return Binary(operator, self.converted(node, left, REAL), self.converted(node, right, REAL), REAL)
+
+    def _bitwise(self, node: ast.AST, operator: str, left: Expression, right: Expression) -> Expression:
+        if left.type == right.type == BOOL and _BITWISE[operator]:
+            return Binary(_BITWISE[operator], left, right, BOOL)
+        if not left.type == right.type == INT:
+            also = ", and for conditions" if _BITWISE[operator] else ""
+            self.refuse(node, f"{operator} of {left.type} and {right.type}", f"It is there for integers{also}.")
+        if not _BITWISE[operator] and isinstance(right, Constant) and not 0 <= right.value < _BITS:
+            self.refuse(node, f"a shift by {right.value}", f"Shift by 0 to {_BITS - 1} bits.")
+        return Binary(operator, left, right, INT)
 
     def _boolean(self, node: ast.BoolOp) -> Meaning:
         """Static operands decide, or vanish; those behind a decision are not read."""
@@ -145,14 +166,16 @@ class ExpressionReader(ElementReader):
         assert result is not None
         return result
 
-    def _select(self, node: ast.IfExp) -> Meaning:
-        condition = self.condition(node.test)
+    def _select(self, node: ast.expr, test: ast.expr, first: ast.expr, second: ast.expr) -> Meaning:
+        """``first if test else second``, or select(test, first, second), whose arguments are always computed."""
+        condition = self.condition(test)
         if isinstance(condition, Static):
-            return self.meaning(node.body if condition.value else node.orelse)
-        yes, no = (self.number(each, self.guarded(each)) for each in (node.body, node.orelse))
+            return self.meaning(first if condition.value else second)
+        meaning = self.guarded if isinstance(node, ast.IfExp) else self.meaning
+        yes, no = (self.number(each, meaning(each)) for each in (first, second))
         if yes.type != no.type:
             yes, no = self.converted(node, yes, REAL), self.converted(node, no, REAL)
-        return Select(self.number(node.test, condition), yes, no, yes.type)
+        return Select(self.number(test, condition), yes, no, yes.type)
 
     # -- functions -----------------------------------------------------------------------------------------------
 
@@ -179,18 +202,22 @@ class ExpressionReader(ElementReader):
                     self.refuse(node, "float() of what is not an integer", "Reals need no conversion.")
                 return self.converted(node, value, REAL)
             case _, [argument] if function is int:
-                return self._truncated(node, argument)
+                return self._truncate(node, argument)
             case _, [first, second] if function in (min, max):
                 return self._extreme(node, "<" if function is min else ">", first, second)
+            case _, [condition, yes, no] if function is select:
+                return self._select(node, condition, yes, no)
             case _ if isinstance(function, type(len)) or callable(function):
                 return self._function(node, function)
         return self.refuse(node, f"{ast.unparse(node.func)} is not a function of algorithms", _WHAT_THERE_IS)
 
     def _function(self, node: ast.Call, function: Any) -> Meaning:
         try:
-            name, count = language.FUNCTIONS[function]
+            name, types, result = language.FUNCTIONS[function]
         except (KeyError, TypeError):
-            known = "sqrt, abs, sin, cos, exp, log, atan2, min, max, int, float, len, epsilon"
+            if isinstance(found := getattr(function, "static_value", None), tuple):  # of any arguments
+                return Static(found)
+            known = "sqrt, abs, sin, cos, exp, log, atan2, min, max, int, float, len, epsilon, largest"
             if getattr(function, "is_callable_in_algorithms", False):
                 return self.call_inside(node, function)
             if any(function is each for each in language.ALLOCATORS):
@@ -200,15 +227,15 @@ class ExpressionReader(ElementReader):
                 f"{ast.unparse(node.func)} cannot be called in an algorithm",
                 f"Call algorithms, kernels, or one of {known} (of bladesmith.codegen.algorithms).",
             )
-        if len(node.args) != count:
-            self.refuse(node, f"{name} takes {count} numbers", "Give it as many.")
+        if len(node.args) != len(types):
+            self.refuse(node, f"{name} takes {len(types)} numbers", "Give it as many.")
         arguments = [self.expression(a) for a in node.args]
         if name == "abs" and arguments[0].type == INT:
             return Intrinsic("iabs", tuple(arguments), INT)
-        reals = tuple(self.converted(n, a, REAL) for n, a in zip(node.args, arguments, strict=True))
-        if name == "abs" and isinstance(reals[0], Constant):
-            return Static(math.fabs(reals[0].value))
-        return Intrinsic(name, reals, REAL)
+        numbers = tuple(self.converted(n, a, t) for n, a, t in zip(node.args, arguments, types, strict=True))
+        if name == "abs" and isinstance(numbers[0], Constant):
+            return Static(math.fabs(numbers[0].value))
+        return Intrinsic(name, numbers, result)
 
     def call_inside(self, node: ast.Call, callee: Any) -> Expression:
         """The number that a call of an algorithm returns, in the middle of an expression."""
@@ -240,7 +267,7 @@ class ExpressionReader(ElementReader):
         assert found.rows is not None
         return found.rows
 
-    def _truncated(self, node: ast.Call, argument: ast.expr) -> Meaning:
+    def _truncate(self, node: ast.Call, argument: ast.expr) -> Meaning:
         found = self.meaning(argument)
         if isinstance(found, Static) and isinstance(found.value, (int, float, IntEnum)):
             return self._fold(node, int, found.value)

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ....templates.numba import elementary
-from .types import BOOL, INT, REAL, AccessAnnotation, Annotation, ArrayAnnotation, ArrayType, StaticType
+from ...elementary import functions as elementary
+from ...elementary import machine
+from .records import Record
+from .types import BOOL, INT, REAL, AccessAnnotation, Annotation, ArrayAnnotation, ArrayType, Scalar, StaticType
 
 if TYPE_CHECKING:
     Real = Any
@@ -43,6 +45,10 @@ IntRows: Any = ArrayAnnotation(INT, 1, is_open=True)
 Reals: Any = Annotation(ArrayType(REAL, (None,)))
 #: Integers, as many as there are at run time.
 Ints: Any = Annotation(ArrayType(INT, (None,)))
+#: The same, stored in 32 bits: larger ones are cut off.
+Ints32: Any = Annotation(ArrayType(INT, (None,), bits=32))
+#: The same from 0 to 255.
+Bytes: Any = Annotation(ArrayType(INT, (None,), bits=8))
 #: ``Out[Vector[3]]``: an array that the algorithm writes. When it is called by a user, a result.
 Out: Any = AccessAnnotation("out")
 #: ``InOut[Vector[3]]``: an array that it changes. When it is called by a user, a copy is changed and returned.
@@ -83,8 +89,12 @@ def _is_precise() -> bool:
     return hasattr(_numbers.get(), "mpf")
 
 
-def zeros(*shape: int) -> Any:
-    """An array of zeros."""
+def zeros(*shape: Any) -> Any:
+    """An array of zeros. The last size may be a record: its rows have the fields."""
+    if isinstance(shape[-1], Record):
+        record = shape[-1]
+        sizes = (*shape[:-1], record.size)
+        return record.view(zeros(*sizes) if record.scalar == REAL else int_zeros(*sizes))
     numbers = _numbers.get()
     if not _is_precise():
         return np.zeros(shape, numbers)
@@ -93,9 +103,9 @@ def zeros(*shape: int) -> Any:
     return array
 
 
-def empty(*shape: int) -> Any:
-    """An array that is written before it is read."""
-    if _is_precise():
+def empty(*shape: Any) -> Any:
+    """An array that is written before it is read; sizes as for `zeros`."""
+    if _is_precise() or isinstance(shape[-1], Record):
         return zeros(*shape)
     return np.full(shape, np.nan, _numbers.get())
 
@@ -103,6 +113,19 @@ def empty(*shape: int) -> Any:
 def int_zeros(*shape: int) -> Any:
     """An array of integers, zero."""
     return np.zeros(shape, np.int64)
+
+
+def int_empty(*shape: int) -> Any:
+    """An array of integers that is written before it is read."""
+    return np.full(shape, np.iinfo(np.int64).min, np.int64)
+
+
+def unrolled(*bounds: int) -> range:
+    """As `range`, of static bounds: a loop that is written out if it has at most `MOST_UNROLLED` steps."""
+    return range(*bounds)
+
+
+MOST_UNROLLED = 16
 
 
 def number(x: Any) -> Any:
@@ -114,6 +137,11 @@ def number(x: Any) -> Any:
 def epsilon() -> Any:
     """The distance from 1 to the next number."""
     return +_numbers.get().eps if _is_precise() else np.finfo(_numbers.get()).eps
+
+
+def largest() -> Any:
+    """The largest number; of numbers without one, that of float64."""
+    return _numbers.get().mpf(np.finfo(np.float64).max) if _is_precise() else np.finfo(_numbers.get()).max
 
 
 def _function(name: str) -> Any:
@@ -133,10 +161,20 @@ def _function(name: str) -> Any:
 
 sqrt, sin, cos, exp, log, atan2 = (_function(name) for name in ("sqrt", "sin", "cos", "exp", "log", "atan2"))
 
-#: Functions that the reader knows, and how many numbers they take.
-FUNCTIONS: dict[Any, tuple[str, int]] = {
-    sqrt: ("sqrt", 1), abs: ("abs", 1), sin: ("sin", 1), cos: ("cos", 1), exp: ("exp", 1), log: ("log", 1),
-    atan2: ("atan2", 2), epsilon: ("epsilon", 0),
+#: Functions that the reader knows: names, what they take, and what they return.
+FUNCTIONS: dict[Any, tuple[str, tuple[Scalar, ...], Scalar]] = {
+    **{f: (f.__name__, (REAL,), REAL) for f in (sqrt, abs, sin, cos, exp, log)},
+    atan2: ("atan2", (REAL, REAL), REAL), epsilon: ("epsilon", (), REAL), largest: ("largest", (), REAL),
+    **{f: (f.__name__, (REAL,), REAL) for f in (machine.power_of_two, machine.exponent, machine.significand)},
+    **{f: (f.__name__, (REAL, REAL), REAL) for f in (machine.change_sign, machine.copy_sign)},
+    machine.is_odd: ("is_odd", (REAL,), BOOL), machine.any_of: ("any_of", (BOOL,), BOOL),
+    machine.bits: ("bits", (REAL,), INT),
+    machine.real: ("real", (INT,), REAL), machine.square_root: ("sqrt", (REAL,), REAL),
 }  # fmt: skip
 #: Functions that make arrays: what of, and whether it is zero.
-ALLOCATORS: dict[Any, tuple[Any, bool]] = {zeros: (REAL, True), empty: (REAL, False), int_zeros: (INT, True)}
+ALLOCATORS: dict[Any, tuple[Any, bool]] = {
+    zeros: (REAL, True),
+    empty: (REAL, False),
+    int_zeros: (INT, True),
+    int_empty: (INT, False),
+}

@@ -6,7 +6,7 @@ offset into it. Expressions have no side effects; calls are statements.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -68,7 +68,7 @@ class Unary:
 
 @dataclass(frozen=True)
 class Binary:
-    """``+ - * /`` of reals; ``+ - * // %`` of integers; ``and or`` of booleans; comparisons."""
+    """``+ - * /`` of reals; ``+ - * // % & | ^ << >>`` of integers; ``and or !=`` of booleans; comparisons."""
 
     operator: str
     left: Expression
@@ -88,7 +88,7 @@ class Select:
 
 @dataclass(frozen=True)
 class Intrinsic:
-    """``sqrt``, ``abs``, an elementary function, or a conversion between `Real` and `Int`."""
+    """``sqrt``, ``abs``, an elementary function, a conversion, or one of the functions of `elementary.machine`."""
 
     name: str
     arguments: tuple[Expression, ...]
@@ -100,12 +100,13 @@ Expression = Constant | Variable | Count | Load | Unary | Binary | Select | Intr
 
 @dataclass(frozen=True)
 class View:
-    """A part of an array, from an offset on."""
+    """A part of an array, from an offset on. ``is_still``: derivatives take it for constant where a kernel reads it."""
 
     array: Array
     offset: Expression
     type: ArrayType
     rows: Expression | None = None  # of an open one
+    is_still: bool = False
 
 
 # -- statements --------------------------------------------------------------------------------------------------
@@ -211,6 +212,14 @@ class Function:
     body : tuple of statements
     is_inline : bool
         C puts it where it is called.
+    is_library : bool
+        C has a text of its own, in its library of headers.
+    rule : callable, optional
+        Gives the algorithm that is declared as its derivative: its parameters, then tangents ``d_x`` of some of them.
+    is_still : bool
+        Derivatives take what it gives for constant.
+    home : str
+        Of one without a text: the module that has it for numba, or empty.
     """
 
     name: str
@@ -219,6 +228,10 @@ class Function:
     results: tuple[Scalar, ...]
     body: tuple[Statement, ...] = field(repr=False)
     is_inline: bool = False
+    is_library: bool = False
+    rule: Callable[[], Function] | None = field(default=None, repr=False)
+    is_still: bool = False
+    home: str = ""
 
     def walk(self) -> Iterator[Statement]:
         """All statements, in the order of the text."""

@@ -29,10 +29,13 @@ class Record(Annotation):
         Of each field; ``()``: a number.
     scalar : Scalar
         Of all fields: `REAL` or `INT`.
+    still : frozenset of str
+        Fields that derivatives take for constant where a kernel reads them.
     """
 
     def __init__(self, name: str, shapes: Mapping[str, tuple[int, ...]], scalar: Scalar = REAL) -> None:
         self.name, self.scalar = name, scalar
+        self.still: frozenset[str] = frozenset()
         self.shapes = dict(shapes)
         self.offsets: dict[str, int] = {}
         self.size = 0
@@ -56,6 +59,12 @@ class Record(Annotation):
             )
         shape = self.shapes[name]
         return self.offsets[name], ArrayType(self.scalar, shape) if shape else self.scalar
+
+    def with_still(self, *names: str) -> Record:
+        """The record, with fields that no derivative varies."""
+        found = Record(self.name, self.shapes, self.scalar)
+        found.still = frozenset(names)
+        return found
 
     def extent(self, name: str) -> tuple[int, int]:
         """Where a field begins in a row, and how many numbers it has.
@@ -93,6 +102,11 @@ class Record(Annotation):
         """C: where each field begins and the size of a row, as constants ``<prefix>_<FIELD>`` and ``<prefix>_SIZE``."""
         entries = [f"{prefix}_{name.upper()} = {offset}" for name, offset in self.offsets.items()]
         return f"/* {self.name} */\nenum {{ {', '.join([*entries, f'{prefix}_SIZE = {self.size}'])} }};\n"
+
+    def c_fields(self) -> str:
+        """C: the fields as members of a structure whose numbers follow each other as those of a row do."""
+        type = "ptrdiff_t" if self.scalar == INT else "S"
+        return "".join(f"  {type} {name}{''.join(f'[{n}]' for n in shape)};\n" for name, shape in self.shapes.items())
 
 
 def record(name: str, **fields: Any) -> Record:
@@ -157,7 +171,7 @@ class RecordArray(np.ndarray[Any, Any]):
         shape = layout.shapes[name]
         rows = np.asarray(self)
         if not shape:
-            return rows[..., offset]
+            return rows[offset] if rows.ndim == 1 else rows[..., offset]  # a number, no view that changes later
         part = rows[..., offset : offset + prod(shape)]
         return part.reshape(*self.shape[:-1], *shape) if len(shape) > 1 else part
 

@@ -6,6 +6,7 @@ import ast
 from collections.abc import Sequence
 from typing import Any
 
+from . import language
 from .assignments import Loop
 from .calls import CallReader
 from .elements import LIMIT
@@ -25,7 +26,7 @@ from .nodes import (
     integer,
     parts,
 )  # fmt: skip
-from .scope import Static, bound_names, items_of
+from .scope import Meaning, Static, bound_names, items_of
 from .types import BOOL, INT, Scalar
 
 _STATEMENTS = "There are assignments, for ... in range(...), while, if, break, continue, return and calls."
@@ -77,7 +78,7 @@ class StatementReader(CallReader):
                     self.refuse(node, "a type of an array", "zeros(...) and empty(...) say it.")
                 self._assign_number(node, name, self.expression(value, declared))
             case ast.AugAssign():
-                self._augmented(node)
+                self._assign_augmented(node)
             case ast.For():
                 self._for(node)
             case ast.While():
@@ -101,7 +102,7 @@ class StatementReader(CallReader):
         else:
             self.assign_one(node, target, self.meaning(value))
 
-    def _augmented(self, node: ast.AugAssign) -> None:
+    def _assign_augmented(self, node: ast.AugAssign) -> None:
         as_load = ast.parse(ast.unparse(node.target), mode="eval").body
         for part in ast.walk(as_load):
             ast.copy_location(part, node)
@@ -132,12 +133,15 @@ class StatementReader(CallReader):
     def _for(self, node: ast.For) -> None:
         if node.orelse:
             self.refuse(node, "for ... else", "Use a variable.")
-        is_range = isinstance(node.iter, ast.Call) and self.callee_of(node.iter) is range
-        if is_range:
-            assert isinstance(node.iter, ast.Call)
-            self._range(node, node.iter)
-            return
-        items = self.meaning(node.iter)
+        items: Meaning | None = None
+        callee = None
+        if isinstance(node.iter, ast.Call):
+            callee = self.callee_of(node.iter)
+            items = self._steps(node.iter) if callee is language.unrolled else None
+            if items is None and callee in (range, language.unrolled):
+                self._range(node, node.iter, is_unrolled=callee is language.unrolled)
+                return
+        items = items or self.meaning(node.iter)
         if not isinstance(items, Static) or not isinstance(items.value, (tuple, range)):
             self.refuse(node, "a loop over what is not a range or a static tuple", "Write for i in range(n).")
         self.loops.append(Loop(None, is_unrolled=True))
@@ -147,6 +151,17 @@ class StatementReader(CallReader):
             self._bind_static(node, node.target, item)
             self._statements(node.body)
         self.loops.pop()
+        if callee is language.unrolled and isinstance(node.target, ast.Name):  # as of a range: no meaning behind it
+            self.scope.defined.pop(node.target.id, None)
+            self.scope.types.pop(node.target.id, None)
+
+    def _steps(self, call: ast.Call) -> Static | None:
+        """The steps of an `unrolled` loop that is written out; None: there are too many, or they are not known."""
+        bounds = [self.meaning(a) for a in call.args]
+        if call.keywords or not all(isinstance(b, Static) and isinstance(b.value, int) for b in bounds):
+            return None
+        steps = self._fold(call, range, *(b.value for b in bounds if isinstance(b, Static)))
+        return steps if len(steps.value) <= language.MOST_UNROLLED else None
 
     def _bind_static(self, node: ast.For, target: ast.expr, item: Any) -> None:
         if isinstance(target, ast.Name):
@@ -158,7 +173,7 @@ class StatementReader(CallReader):
         else:
             self.refuse(node, f"{ast.unparse(target)} does not fit the static value {item!r}", "Name each part.")
 
-    def _range(self, node: ast.For, call: ast.Call) -> None:
+    def _range(self, node: ast.For, call: ast.Call, is_unrolled: bool) -> None:
         if not isinstance(node.target, ast.Name):
             self.refuse(node, "a range has one variable", "Write for i in range(n).")
         name = node.target.id
@@ -172,13 +187,13 @@ class StatementReader(CallReader):
         known = self.scope.types.get(name)
         if name in self.scope.defined or (known is not None and known != Variable(name, INT)):
             self.refuse(node, f"{name} counts a loop and is something else before it", "Use another name.")
-        changed = self._changed(node)
+        changed = self._changed_names(node)
         if not isinstance(stop, Constant) and any(
             isinstance(p, (Variable, Load)) and (isinstance(p, Load) or p.name in changed) for p in parts(stop)
         ):
             stop = self.named(stop)  # Python computes it once
         variable = Variable(name, INT)
-        self.loops.append(Loop(name))
+        self.loops.append(Loop(name, is_unrolled))
         before = self._enter_loop(changed)
         self.scope.bind(name, variable)
         body = self.block(node.body)
@@ -187,7 +202,7 @@ class StatementReader(CallReader):
         self.scope.defined = before
         self.emit(For(variable, start, stop, step, body))
 
-    def _changed(self, node: ast.AST) -> set[str]:
+    def _changed_names(self, node: ast.AST) -> set[str]:
         return set(bound_names(node))
 
     def _enter_loop(self, changed: set[str]) -> dict[str, Any]:
@@ -203,7 +218,7 @@ class StatementReader(CallReader):
         if node.orelse:
             self.refuse(node, "while ... else", "Use a variable.")
         outside = self.scope.branch()
-        before = self._enter_loop(self._changed(node))
+        before = self._enter_loop(self._changed_names(node))
         self.guards += 1  # it is computed again and again
         condition = self.condition(node.test)
         self.guards -= 1
@@ -223,7 +238,9 @@ class StatementReader(CallReader):
 
     def _jump(self, node: ast.Break | ast.Continue) -> None:
         if not self.loops or self.loops[-1].is_unrolled:
-            self.refuse(node, "break or continue outside of a loop that runs", "A loop over a tuple is written out.")
+            self.refuse(
+                node, "break or continue outside of a loop that runs", "Loops over tuples and unrolled are written out."
+            )
         if isinstance(node, ast.Break):
             self.loops[-1].leaves.append(self.scope.branch())
         self.emit(Break() if isinstance(node, ast.Break) else Continue())

@@ -11,6 +11,8 @@ from typing import Any, NoReturn
 BINARY = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow,
+    ast.BitAnd: operator.and_, ast.BitOr: operator.or_, ast.BitXor: operator.xor,
+    ast.LShift: operator.lshift, ast.RShift: operator.rshift,
 }  # fmt: skip
 COMPARISONS = {
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Eq: operator.eq,
@@ -30,11 +32,13 @@ def fold_binary(refuse: Callable[[ast.AST, str, str], NoReturn], node: ast.BinOp
     """The value of an operation on two static values."""
     function = BINARY.get(type(node.op))
     if function is None:
-        refuse(node, "an operator that algorithms have not", "There are + - * / // % and, of static values, **.")
+        known = "There are + - * / // % & | ^ << >> and, of static values, **."
+        refuse(node, "an operator that algorithms have not", known)
     left, right = plain(left), plain(right)
-    if isinstance(node.op, ast.Pow) and not (isinstance(right, (int, float)) and abs(right) <= _LARGEST_POWER):
-        refuse(node, "a static power with a very large exponent", "Write the value.")
+    is_growing = isinstance(node.op, (ast.Pow, ast.LShift))
+    if is_growing and not (isinstance(right, (int, float)) and abs(right) <= _LARGEST_POWER):
+        refuse(node, "a static power or shift with a very large exponent", "Write the value.")
     try:
         return function(left, right)
-    except (ArithmeticError, TypeError) as error:
+    except (ArithmeticError, TypeError, ValueError) as error:
         refuse(node, f"static values give no result ({error})", "Look at the values of the names in it.")

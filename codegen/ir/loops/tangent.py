@@ -1,7 +1,8 @@
 """Derivatives of algorithms: forward mode on the loop IR, branches as taken.
 
 Each number and array that depends on what is varied has a tangent beside it, computed before the number itself is
-replaced. Kernels have the kernels of their formulas' derivatives.
+replaced. Kernels have the kernels of their formulas' derivatives. An algorithm that is declared with its derivative has
+that; what one that is still gives is constant.
 """
 
 from __future__ import annotations
@@ -76,8 +77,22 @@ def tangent(function: Function, wrt: Iterable[str]) -> Tangent:
     """
     key = (function, frozenset(wrt))
     if key not in _tangents:
-        _tangents[key] = _Reader(function, key[1]).result()
+        found = _declared(function) if function.rule else _Reader(function, key[1]).result()
+        _tangents[key] = _tangents.setdefault((function, found.varies), found)  # one, whatever led to it
     return _tangents[key]
+
+
+def _declared(function: Function) -> Tangent:
+    """The derivative that an algorithm is declared with."""
+    assert function.rule is not None
+    derived, count = function.rule(), len(function.parameters)
+    results = (*function.results, *(t for t in function.results if t == REAL))
+    if derived.results != results:
+        raise AlgorithmError(
+            f"{derived.name} is the derivative of {function.name} and returns {len(derived.results)} numbers",
+            remedy=f"Return {len(results)}: what {function.name} returns, then the tangents of real numbers.",
+        )
+    return Tangent(derived, frozenset(p.name.removeprefix("d_") for p in derived.parameters[count:]))
 
 
 _tangents: dict[tuple[Function, frozenset[str]], Tangent] = {}
@@ -119,6 +134,9 @@ class _Reader:
         return self.names[name]
 
     def result(self) -> Tangent:
+        if self.function.is_library and not self.function.body:
+            name = self.function.name
+            raise AlgorithmError(f"{name} is a function of C alone", remedy="It has no derivative: leave out its call.")
         parameters = list(self.function.parameters)
         for p in self.function.parameters:
             if p.name in self.active:
@@ -128,7 +146,7 @@ class _Reader:
         suffix = "_".join(sorted(self.active & {p.name for p in self.function.parameters}))
         name = f"{self.function.name}_d_{suffix}"
         note = f"Derivative of {self.function.name}: {self.function.note}"
-        derived = Function(name, note, tuple(parameters), tuple(results), body)
+        derived = Function(name, note, tuple(parameters), tuple(results), body, self.function.is_inline)
         return Tangent(derived, frozenset(p.name for p in self.function.parameters if p.name in self.active))
 
     # -- what varies -------------------------------------------------------------------------------------------------
@@ -139,11 +157,11 @@ class _Reader:
         while True:
             before = len(active)
             for statement in self.function.walk():
-                active |= self._activated(statement, active)
+                active |= self._newly_active(statement, active)
             if len(active) == before:
                 return active
 
-    def _activated(self, statement: Statement, active: set[str]) -> set[str]:
+    def _newly_active(self, statement: Statement, active: set[str]) -> set[str]:
         match statement:
             case Assign(target, value) if target.type == REAL and _depends(value, active):
                 return {target.name}
@@ -152,11 +170,11 @@ class _Reader:
             case Call(KernelSignature() as kernel, arguments, _):
                 count = len(kernel.outputs)
                 inputs = [a for a in arguments[count:] if isinstance(a, View)]
-                if any(v.array.name in active for v in inputs):
+                if any(v.array.name in active and not v.is_still for v in inputs):
                     return {a.array.name for a in arguments[:count] if isinstance(a, View)}
             case Call(Function() as callee, arguments, results):
-                given = _given(callee, arguments, active)
-                if given:
+                given = _varying_parameters(callee, arguments, active)
+                if given and not callee.is_still:
                     varies = tangent(callee, given).varies
                     pairs = zip(callee.parameters, arguments, strict=True)
                     arrays = {a.array.name for p, a in pairs if isinstance(a, View) and p.name in varies}
@@ -195,9 +213,12 @@ class _Reader:
     def _call(self, call: Call) -> list[Statement]:
         callee = call.callee
         assert isinstance(callee, Function)
-        given = _given(callee, call.arguments, self.active)
+        given = _varying_parameters(callee, call.arguments, self.active)
         written = {p.name for p, a in zip(callee.parameters, call.arguments, strict=True)
                    if isinstance(a, View) and a.array.name in self.active and p.access != "in"}  # fmt: skip
+        if callee.is_still:
+            numbers = [r for r in call.results if r.name in self.active]
+            return [call, *(Assign(self._variable(r), real(0.0)) for r in numbers)]
         if not given and not written and not any(r.name in self.active for r in call.results):
             return [call]
         derived = tangent(callee, given | written)
@@ -210,7 +231,7 @@ class _Reader:
         return [Call(derived.function, tuple(arguments), (*call.results, *extra))]
 
     def _kernel_call(self, call: Call) -> list[Statement]:
-        """The kernel of the formula's tangents, then the kernel itself."""
+        """The kernel of the formula's tangents, and the kernel itself unless the other gives its results too."""
         kernel = call.callee
         assert isinstance(kernel, KernelSignature)
         count = len(kernel.outputs)
@@ -218,17 +239,20 @@ class _Reader:
         inputs = [a for a in call.arguments[count:] if isinstance(a, View)]
         if not any(v.array.name in self.active for v in outputs):
             return [call]
-        varying = [v.array.name in self.active for v in inputs]
+        varying = [v.array.name in self.active and not v.is_still for v in inputs]
         names = tuple(n for (n, _), varies in zip(kernel.inputs, varying, strict=True) if varies)
         if not names:
             return [*(self._zero(v) for v in outputs), call]
         derived: KernelSignature = kernel.kernel.tangent_signature(names)
-        if [n for _, n in derived.outputs] != [n for _, n in kernel.outputs]:
+        with_values = len(derived.outputs) == 2 * count
+        if [n for _, n in derived.outputs] != [n for _, n in kernel.outputs] * (1 + with_values):
             raise AlgorithmError(
                 f"the derivative of the kernel {kernel.symbol} with respect to {', '.join(names)} has other blades",
                 where=self.function.name, remedy="Declare its result by a layout that holds both.",
             )  # fmt: skip
         directions = [self._view(v) for v, varies in zip(inputs, varying, strict=True) if varies]
+        if with_values:
+            return [Call(derived, (*outputs, *map(self._view, outputs), *inputs, *directions), ())]
         return [Call(derived, (*map(self._view, outputs), *inputs, *directions), ()), call]
 
     def _zero(self, view: View) -> For:
@@ -299,7 +323,7 @@ class _Reader:
         raise AlgorithmError(f"{name} has no derivative", where=self.function.name)
 
 
-def _given(callee: Function, arguments: Sequence[Any], active: set[str]) -> frozenset[str]:
+def _varying_parameters(callee: Function, arguments: Sequence[Any], active: set[str]) -> frozenset[str]:
     """Parameters of a callee whose arguments vary when it is called."""
     found = set()
     for p, a in zip(callee.parameters, arguments, strict=True):

@@ -40,13 +40,12 @@ class AlgorithmText:
         try:
             lines, self.first = inspect.getsourcelines(function)
         except (OSError, TypeError):
-            raise AlgorithmError(
-                "an algorithm is compiled from its text, and there is none",
-                where=self.name,
-                remedy="Define it in a file or a notebook, not at a prompt or by exec.",
-            ) from None
+            raise _no_text(self.name) from None
         self.lines = [line.rstrip("\r\n") for line in lines]
         tree = _definition("".join(lines))
+        defined = function.__code__.co_name
+        if defined != "<lambda>" and getattr(tree, "name", "") != defined:  # what was found is not its text
+            raise _no_text(self.name)
         if not isinstance(tree, ast.FunctionDef):
             raise AlgorithmError(
                 "an algorithm is a function that begins with def", where=f"{self.file}:{self.first}", remedy="Use def."
@@ -68,7 +67,7 @@ class AlgorithmText:
     def _names(self) -> dict[str, Any]:
         """Values of names from outside the function."""
         cells = zip(self.function.__code__.co_freevars, self.function.__closure__ or (), strict=False)
-        return {**vars(builtins), **self.function.__globals__, **dict(_filled(cells))}
+        return {**vars(builtins), **self.function.__globals__, **dict(_filled_cells(cells))}
 
     def _parameters(self) -> tuple[Parameter, ...]:
         arguments = self.tree.args
@@ -78,7 +77,8 @@ class AlgorithmText:
         for each in arguments.args:
             if each.annotation is None:
                 self.refuse(each, f"{each.arg} has no type", "Annotate it, for example with Real or Vector[3].")
-            declared = self.annotation(each.annotation)
+            given = self.function.__annotations__.get(each.arg)  # a value in modules that evaluate annotations
+            declared = given if isinstance(given, Annotation) else self.annotation(each.annotation)
             found.append(Parameter(self.identifier(each, each.arg), declared.type, declared.access))
         return tuple(found)
 
@@ -168,6 +168,14 @@ class AlgorithmText:
         return name
 
 
+def _no_text(name: str) -> AlgorithmError:
+    return AlgorithmError(
+        "an algorithm is compiled from its text, and there is none",
+        where=name,
+        remedy="Define it in a file or a notebook, not at a prompt or by exec.",
+    )
+
+
 def _definition(source: str) -> ast.AST | None:
     """The syntax tree of a function, which may be indented; None: there is no statement by itself."""
     is_inside = source[:1].isspace()
@@ -180,7 +188,7 @@ def _definition(source: str) -> ast.AST | None:
     return ast.increment_lineno(tree.body[0], -1)
 
 
-def _filled(cells: Iterable[tuple[str, Any]]) -> Iterator[tuple[str, Any]]:
+def _filled_cells(cells: Iterable[tuple[str, Any]]) -> Iterator[tuple[str, Any]]:
     """Names of an enclosing function that have a value by now: the algorithm's own has not."""
     for name, cell in cells:
         with suppress(ValueError):
@@ -188,8 +196,10 @@ def _filled(cells: Iterable[tuple[str, Any]]) -> Iterator[tuple[str, Any]]:
 
 
 def is_static(value: Any) -> bool:
-    """Whether a value can be known when the text is printed."""
-    return all(is_static(v) for v in value) if isinstance(value, tuple) else isinstance(value, STATIC)
+    """Whether a value can be known when the text is printed: algorithms and kernels can, too."""
+    if isinstance(value, tuple):
+        return all(is_static(v) for v in value)
+    return isinstance(value, STATIC) or getattr(value, "is_callable_in_algorithms", False)
 
 
 def is_static_parameter(parameter: Parameter) -> bool:

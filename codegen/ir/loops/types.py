@@ -34,6 +34,8 @@ class ArrayType:
         None as the first length: known at run time. None in place of the shape: the caller's, for each call anew.
     axes : int
         Of an array without a shape.
+    bits : int
+        In which an integer is stored, of a parameter: 64 or 32 with a sign, 8 without.
     record : Record, optional
         The layout of its rows: names for parts of them. Types are compared without it.
     """
@@ -41,11 +43,17 @@ class ArrayType:
     scalar: Scalar
     shape: tuple[int | None, ...] | None
     axes: int = 0
+    bits: int = 64
     record: Any = field(default=None, compare=False, repr=False)
 
     @property
     def is_generic(self) -> bool:
         return self.shape is None
+
+    @property
+    def storage(self) -> str:
+        """Name of the type of its numbers where they are stored: "Real", "Int", or an integer of fewer bits."""
+        return str(self.scalar) if self.bits == 64 else f"Int{self.bits}"
 
     @property
     def is_open(self) -> bool:

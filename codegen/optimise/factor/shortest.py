@@ -6,6 +6,7 @@ No division algorithm: a term is replaced only where it pays, so that w^2 + x^2 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import TypeAlias
@@ -52,6 +53,7 @@ class Shortener:
         sign = -1 if keep else 1
         self._weight_of = {atom: sign * _ATOM_WEIGHT ** (len(ranked) - 1 - rank) for rank, atom in enumerate(ranked)}
         self._weights: dict[int, int] = {}
+        self._classified = self._ranked = self._foreign = 0
         self._left = budget
         self._terms: Terms = {}
         self._steps: dict[Multiple, tuple[Change, Number]] = {}
@@ -89,48 +91,66 @@ class Shortener:
         number, cofactor = multiple
         generator = self._generators[number]
         self._left -= len(generator)
-        places = [
-            (monomial, self._terms.get(monomial, 0), value)
-            for monomial, value in (
-                (self._packing.multiply(cofactor, part), value) for part, value in generator.items()
-            )
-        ]
-        best = (_NOTHING, Fraction(0))
-        for scale in dict.fromkeys(ratio(actual, value) for _, actual, value in places if actual):
-            change = self._change(places, scale)
-            if change < best[0]:
-                best = (change, Fraction(scale))
-        if best[0] < _NOTHING:
-            self._steps[multiple] = (best[0], exact(best[1]))
+        places = []
+        there = 0
+        for part, value in generator.items():
+            monomial = self._packing.multiply(cofactor, part)
+            actual = self._terms.get(monomial, 0)
+            places.append((monomial, actual, value))
+            if actual:
+                there += 1
+            elif self._is_foreign(monomial):
+                self._steps.pop(multiple, None)
+                return
+        best: Change = _NOTHING
+        best_scale: Number = 0
+        vanishing = Counter(ratio(actual, value) for _, actual, value in places if actual)
+        for scale, count in vanishing.items():
+            terms = len(places) - count - there
+            if terms <= best[0]:
+                change = (terms, *self._change(places, scale))
+                if change < best:
+                    best, best_scale = change, scale
+        if best < _NOTHING:
+            self._steps[multiple] = (best, best_scale)
         else:
             self._steps.pop(multiple, None)
 
-    def _change(self, places: list[tuple[int, Number, Number]], scale: Number) -> Change:
-        terms = multiplications = weight = 0
+    def _change(self, places: list[tuple[int, Number, Number]], scale: Number) -> tuple[int, int]:
+        """What a multiple changes but for the number of terms."""
+        multiplications = weight = 0
         for monomial, actual, value in places:
-            rest = exact(actual - scale * value)
-            literals = monomial.bit_count()
-            if actual:
-                terms -= 1
-                multiplications -= product_cost(literals, actual)
-                weight -= self._weight(monomial)
+            rest = actual - scale * value
             if rest:
-                if not actual and self._foreign(monomial):
-                    return _NOTHING
-                terms += 1
-                multiplications += product_cost(literals, rest)
+                multiplications += product_cost(monomial.bit_count(), rest)
                 weight += self._weight(monomial)
-        return (terms, multiplications, weight)
+            if actual:
+                multiplications -= product_cost(monomial.bit_count(), actual)
+                weight -= self._weight(monomial)
+        return multiplications, weight
 
     def _weight(self, monomial: int) -> int:
-        found = self._weights.get(monomial)
-        if found is None:
-            literals = self._packing.literals(monomial)
-            found = self._weights[monomial] = sum(self._weight_of.get(atom, 0) for atom in literals)
-        return found
+        self._classify()
+        total, left = 0, monomial & self._ranked
+        while left:
+            bit = left & -left
+            total += self._weights[bit]
+            left ^= bit
+        return total
 
-    def _foreign(self, monomial: int) -> bool:
-        return any(atom >= self._atom_count for atom in self._packing.literals(monomial))
+    def _is_foreign(self, monomial: int) -> bool:
+        self._classify()
+        return bool(monomial & self._foreign)
+
+    def _classify(self) -> None:
+        """Sort the bits of monomials that are new: those of atoms that matter, and those that are never brought in."""
+        while self._classified < len(self._packing.variable_of_bit):
+            atom, bit = self._packing.variable_of_bit[self._classified], 1 << self._classified
+            if atom in self._weight_of:
+                self._ranked |= bit
+                self._weights[bit] = self._weight_of[atom]
+            self._foreign |= bit if atom >= self._atom_count else 0
+            self._classified += 1
 
     def _subtract(self, multiple: Multiple, scale: Number) -> list[int]:
         """Take the multiple off; returns the monomials whose coefficients changed."""

@@ -2,81 +2,237 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import hashlib
+import json
+from collections import namedtuple
+from collections.abc import Callable
 from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...algebra.algebra import Algebra
+from ...algorithms.dynamics.records import Layout, Parts, kept_record, work_records
+from ...build import text_cache
 from ...build.cpu_features import vector_options
-from ...formulas.mechanics import mechanics, motion_tangents, pins
+from ...formulas.mechanics import mechanics, pins
 from ...formulas.motions import flows, maps
 from ...formulas.registration import registration
+from ...targets.loops import in_calling_order
 from .. import KernelSpec, Program, program, stock_algebra
+from ..algorithms import c_item, loop_declarations, numba_text
+from ..stock import ENTRIES, entries
 from .config import DynamicsConfig
-from .records import C_TEXT
-from .taylor import series_values
+from .loads import BODY_LOADS, LAW_PLACES
+from .taylor import rotor_part, with_series
+
+if TYPE_CHECKING:
+    from ...algorithms.dynamics.series import MotionSeries
+    from ...algorithms.dynamics.simulations import SimulationAlgorithms
+    from ...ir.loops.algorithm import Algorithm
+    from ...ir.loops.nodes import Function
 
 _USER = """
 extern "Python" int bs_dynamics_user(void *handle, int32_t which, ptrdiff_t item, double t, const double *state,
                                      double *out);
 """
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Blades of pinned objects, as the driver's template sees them; degrees are the powers of a length in them."""
-
-    name: str
-    number: int
-    size: int
-    degrees: tuple[int, ...]
+#: Of names of loops: one simulation of a batch each.
+PART = "items"
+#: File of a program: of its records the number of numbers, and where the fields begin.
+RECORDS = "records.json"
+#: What the printed algorithms depend on, from the package's folder.
+_SOURCES = ("programs/dynamics/dynamics.py",)
 
 
 @cache
 def dynamics_program(needs: DynamicsConfig) -> Program:
-    """The program of simulations that have just this."""
+    """The program of simulations that have just this, in C: loops over simulations by the names of its entries."""
     needs.check()
-    algebra = stock_algebra(needs.algebra)
-    null = next(v for v in ("ni", "0") if v in algebra.vectors)
-    angular = [int(not b & (1 << algebra.vectors.index(null))) for b in mechanics.twist_blades(algebra)]
-    layouts = [
-        Layout(name, i, algebra.kind(name).size, tuple(_degree(algebra, b) for b in algebra.kind(name).blades))
-        for i, name in enumerate(needs.layouts)
-    ]
-    motor = algebra.kind("motor").blades
-    methods = ("chart", "adaptive") if needs.method == "adaptive" else (needs.method,)
+    texts = json.loads(_made_once("c", needs, lambda: json.dumps(_c_texts(needs))))
     values = {
         "title": f"Dynamics of {needs.bodies} bodies in {needs.algebra}, {needs.mode}",
-        "prefix": needs.algebra,
-        "bodies": needs.bodies,
-        "mode": needs.mode,
-        "loads": needs.loads,
-        "layouts": layouts,
-        "rows": max(needs.rows, 1),
-        "rank": max(1, min(needs.rows, 6 * needs.bodies)),
-        "sizes": max([6, *(layout.size for layout in layouts)]),
-        "twist_layout": next((x.number for x in layouts if x.name == "twist"), 0),
-        "linear_place": angular.index(0),
-        "angular": angular,
-        "identity": [int(not b) for b in motor],
-        "methods": methods,
         "callbacks": needs.callbacks,
-        "elementary": True,
-        "flight": needs.in_flight,
-        "tangents": needs.tangents,
-        "records": C_TEXT,
-        **(series_values(needs) if needs.method == "taylor" else {}),
+        **{name: texts[name] for name in ("lanes", "call_of_lanes", "algorithms", "series", "others", "items")},
     }
+    specs = {spec.name: spec for spec in _kernel_specs(needs)}
+    along = [specs[name].along(tuple(varying)) for name, varying in texts["along"]]
     return program(
-        _name(needs), _kernel_specs(needs), "dynamics.c.j2", "dynamics_types.h", values,
-        declarations=_USER if needs.callbacks else "",
-        options=_options(needs),
+        _name(needs), [*specs.values(), *along], "dynamics.c.j2", "", values, options=_options(needs),
+        declarations=texts["declarations"] + (_USER if needs.callbacks else ""),
+        headers={ENTRIES: texts["entries"], RECORDS: texts["records"]},
     )  # fmt: skip
+
+
+def numba_program(needs: DynamicsConfig) -> tuple[str, str, str, str]:
+    """The same as Python text for numba: a name, the text, and its entries and records as JSON."""
+    needs.check()
+    text, entries, records = json.loads(_made_once("numba", needs, lambda: json.dumps(_numba_texts(needs))))
+    return _name(needs), text, entries, records
+
+
+def simulation_parts(needs: DynamicsConfig) -> Parts:
+    """What decides about the algorithms of a simulation."""
+    algebra = stock_algebra(needs.algebra)
+    null = next(v for v in ("ni", "0") if v in algebra.vectors)
+    is_angular = [not b & (1 << algebra.vectors.index(null)) for b in mechanics.twist_blades(algebra)]
+    layouts = tuple(
+        Layout(i, name, algebra.kind(name).size, tuple(_degree(algebra, b) for b in algebra.kind(name).blades))
+        for i, name in enumerate(needs.layouts)
+    )
+    return Parts(
+        bodies=needs.bodies,
+        rows=max(needs.rows, 1),
+        mode=needs.mode,
+        loads=needs.loads,
+        layouts=layouts,
+        twist_layout=next((x.number for x in layouts if x.name == "twist"), 0),
+        angular=tuple(j for j, turns in enumerate(is_angular) if turns),
+        linear=tuple(j for j, turns in enumerate(is_angular) if not turns),
+        identity=tuple(float(not b) for b in algebra.kind("motor").blades),
+        methods=(needs.method,),
+        calls=needs.callbacks,
+        tangents=needs.tangents,
+        functions=needs.functions,
+        laws=tuple(place for name, place in LAW_PLACES.items() if name in needs.loads),
+        lanes=needs.lanes,
+        in_flight=needs.in_flight,
+    )
+
+
+def _made_once(target: str, needs: DynamicsConfig, make: Callable[[], str]) -> str:
+    sources = (*_SOURCES, f"specs/{needs.algebra}.toml")
+    name = f"{target}_{hashlib.sha256(repr(needs).encode()).hexdigest()}.json"
+    return text_cache.made_once("dynamics", sources, name, make)
+
+
+def _c_texts(needs: DynamicsConfig) -> dict[str, Any]:
+    from ...targets.c.lanes import LANES_TAG, Lanes, c_call_of_lanes
+    from ...targets.c.loops import c_functions
+
+    functions, before, series, wide = _functions(needs)
+    roots = [*before, *series, *functions.values()]
+    lanes, call_of_lanes = "", ""
+    if wide is not None:
+        call, root = wide
+        roots.append(root)
+        found = Lanes(root, [p.name for p in root.parameters if not p.name.startswith("d_")])
+        lanes = found.text()
+        call_of_lanes = c_call_of_lanes(call, found, LANES_TAG, ("d_numbers", "d_bodies", "d_w"))
+    own = {spec.name for spec in _kernel_specs(needs)}
+    return {
+        "lanes": lanes,
+        "call_of_lanes": call_of_lanes,
+        "algorithms": c_functions(before),
+        "series": c_functions(series, printed=before),
+        "others": c_functions(functions.values(), printed=[*before, *series]),
+        "along": [x.kernel.origin for x in in_calling_order(roots)[1] if x.kernel.name not in own],
+        "items": {f"bs_{name}_{PART}": c_item(function) for name, function in functions.items()},
+        "declarations": loop_declarations(f"bs_{name}_{PART}_f64" for name in functions),
+        "entries": entries({PART: functions}),
+        "records": _records(needs),
+    }
+
+
+def _records(needs: DynamicsConfig) -> str:
+    parts, _ = parts_with_series(needs)
+    work = work_records(parts)
+    records = {"work": work.whole, "integers": work.integers, "kept": kept_record(parts)}
+    return json.dumps({name: (record.size, record.offsets) for name, record in records.items()})
+
+
+def _numba_texts(needs: DynamicsConfig) -> tuple[str, str, str]:
+    functions = _functions(needs)[0]
+    text = numba_text(_name(needs), {f"{name}_{PART}": f for name, f in functions.items()})
+    return text, entries({PART: functions}), _records(needs)
+
+
+@cache
+def parts_with_series(needs: DynamicsConfig) -> tuple[Parts, MotionSeries | None]:
+    """What decides about the algorithms, and the series functions of the motion."""
+    parts = simulation_parts(needs)
+    return with_series(needs, parts) if needs.method == "taylor" else (parts, None)
+
+
+class Found(NamedTuple):
+    """Algorithms of a simulation.
+
+    Attributes
+    ----------
+    entries : SimulationAlgorithms
+        Those that callers call.
+    before, series : list of Algorithm
+        Those that series call; those of series, of which C has text for wide vectors.
+    lanes : tuple of Function, or None
+        What C calls for several directions at once, and what that is for one.
+    """
+
+    entries: SimulationAlgorithms
+    before: list[Algorithm]
+    series: list[Algorithm]
+    lanes: tuple[Function, Function] | None
+
+
+def simulation_algorithms_of(needs: DynamicsConfig) -> Found:
+    """The algorithms of a simulation."""
+    from ...algorithms.dynamics.acceleration import rate_algorithms
+    from ...algorithms.dynamics.advance import MethodAlgorithms, advance_algorithm
+    from ...algorithms.dynamics.projection import projection_algorithms
+    from ...algorithms.dynamics.simulations import simulation_algorithms
+    from ...algorithms.dynamics.steps.adaptive_steps import adaptive_algorithms
+    from ...algorithms.dynamics.steps.charts import chart_algorithms
+    from ...algorithms.dynamics.steps.error_scales import error_scales
+    from ...algorithms.dynamics.steps.fixed_steps import METHODS, fixed_step_algorithm
+    from ...algorithms.dynamics.steps.flows import flight_algorithm, flow_algorithms
+    from ...algorithms.dynamics.steps.implicit_steps import implicit_algorithms
+    from ...algorithms.dynamics.tangents import tangent_algorithms
+    from ...algorithms.dynamics.taylor import taylor_algorithms
+
+    (parts, series), specs = parts_with_series(needs), _kernel_specs(needs)
+    names: Any = namedtuple("Kernels", [spec.name for spec in specs])  # type: ignore[misc]
+    kernels = names(*specs)
+    rates = rate_algorithms(parts, kernels)
+    projections = projection_algorithms(parts, kernels, rates)
+    own: dict[str, Any] = {}
+    wide: list[Any] = []
+    lanes = None
+    if series is not None:
+        gyration = projections.radius_of_gyration
+        taylor = taylor_algorithms(parts, kernels, rates, series, gyration, rotor_part(needs.algebra))
+        own = taylor._asdict()
+        wide = [each for each in (own.pop("find_coefficients"), own.pop("coefficients_along")) if each is not None]
+    elif needs.in_flight:
+        own = {"flight_steps": flight_algorithm(parts, kernels)}
+    elif needs.method == "composition":
+        own = flow_algorithms(parts, kernels, rates)._asdict()
+    elif needs.method in METHODS:
+        own = {"fixed_step": fixed_step_algorithm(parts, kernels, rates)}
+    else:
+        charts = chart_algorithms(parts, kernels, rates)
+        if charts.rates_of_lanes is not None:
+            lanes = charts.rates_of_lanes.instance(), charts.rates_along.function
+        if needs.method == "chart":
+            own = {"chart_step": charts.chart_step}
+        else:
+            scales = error_scales(parts, charts, projections.radius_of_gyration)
+            make = implicit_algorithms if needs.method == "implicit" else adaptive_algorithms
+            own = make(parts, kernels, charts, scales)._asdict()
+    if needs.tangents:
+        own |= tangent_algorithms(parts, kernels, projections, own)._asdict()
+    method = MethodAlgorithms(**own)
+    advance = advance_algorithm(parts, method, projections.bring_back, projections.radius_of_gyration)
+    found = simulation_algorithms(parts, rates, projections, method, advance)
+    return Found(found, [rates.accelerate], wide, lanes)
+
+
+def _functions(needs: DynamicsConfig) -> tuple[dict[str, Function], list[Function], list[Function], Any]:
+    found = simulation_algorithms_of(needs)
+    functions = {name: each.instance() for name, each in found.entries._asdict().items() if each is not None}
+    before, series = ([each.instance() for each in some] for some in (found.before, found.series))
+    return functions, before, series, found.lanes
 
 
 def _options(needs: DynamicsConfig) -> tuple[str, ...]:
     """Options of the compiler: only a body in flight gains from -O3; series have text for wide vectors."""
     level = () if needs.in_flight else ("-O2",)
-    return (*level, *(vector_options() if needs.method == "taylor" else ()))
+    return (*level, *(vector_options() if needs.method == "taylor" or needs.lanes > 1 else ()))
 
 
 def _degree(algebra: Algebra, blade: int) -> int:
@@ -104,19 +260,23 @@ def _kernel_specs(needs: DynamicsConfig) -> list[KernelSpec]:
     add(mechanics.move_by_twist, "motor, twist")
     if "gravity" in needs.loads:
         add(mechanics.pull, "motor, position, position")
-    if "drag" in needs.loads:
-        add(mechanics.drag, "twist, position, number, number")
+    for name in needs.loads:
+        if name in LAW_PLACES:
+            add(BODY_LOADS[name].formula, BODY_LOADS[name].kinds)
     if "spring" in needs.loads:
         add(mechanics.spring, "motor, twist, position, motor, twist, position, numbers3")
+    if "coupling" in needs.loads:
+        add(mechanics.relative_twist, "motor, twist, motor, twist")
+        add(mechanics.counter_wrench, "motor, motor, numbers6")
     if needs.in_flight:
         add(flows.flight, "motor, twist")
         add(flows.state_after_flight, "layout rotor, position, position, position")
         add(flows.rotor_rate, "layout rotor, position")
         add(flows.spin_rate, "position, position, position")
         add(flows.renormalize, "layout rotor")
-    elif needs.method == "rk4":
+    if needs.tangents or (needs.method == "rk4" and not needs.in_flight):
         add(mechanics.motor_rate, "layout motor, twist")
-    if needs.method in ("chart", "adaptive"):
+    if needs.method in ("chart", "adaptive", "implicit"):
         add(getattr(maps, f"moved_{needs.chart}"), "motor, twist", "moved_chart")
         add(getattr(maps, f"chart_rate_{needs.chart}"), "twist, twist", "chart_rate")
     if needs.method == "composition":
@@ -136,40 +296,6 @@ def _kernel_specs(needs: DynamicsConfig) -> list[KernelSpec]:
         add(pins.moved_rates, v, f"moved_rates_{name}")
         add(pins.turned_rate, f"{v}, twist", f"turned_rate_{name}")
         add(pins.path_rates, f"motor, twist, {v}, {v}, {v}", f"path_rates_{name}")
-    return [*found, *(_tangents(needs) if needs.tangents else ())]
-
-
-def _tangents(needs: DynamicsConfig) -> list[KernelSpec]:
-    """The same with tangents: directions behind the arguments."""
-    found: list[KernelSpec] = []
-
-    def add(formula: str, kinds: str, named: str = "") -> None:
-        made = getattr(motion_tangents, formula)
-        found.append(KernelSpec(made, tuple(kinds.split(", ")), named or f"{formula}_tangent", needs.algebra))
-
-    moves = "layout motor"
-    central = "gyroscopic" if needs.mode == "subspace" else "central_gyroscopic"
-    add(central, "twist, numbers6, twist, numbers6", "gyroscopic_tangent")
-    add("wrench_to_body", f"motor, twist, {moves}, twist")
-    add(f"moved_{needs.chart}", "motor, twist, twist", "moved_chart_tangent")
-    add(f"chart_rate_{needs.chart}", "twist, twist, twist, twist", "chart_rate_tangent")
-    add("twist_of", f"motor, {moves}", "twist_of")
-    add("moved_off", "motor, twist", "moved_off")
-    if "gravity" in needs.loads:
-        add("pull", f"motor, position, position, {moves}, position")
-    if "drag" in needs.loads:
-        add("drag", "twist, position, number, number, twist, number, number")
-    if "spring" in needs.loads:
-        end, moved_end = "motor, twist, position", f"{moves}, twist, position"
-        add("spring", f"{end}, {end}, numbers3, {moved_end}, {moved_end}, numbers3")
-    if needs.mode == "constrained":
-        add("relative", f"motor, motor, {moves}, {moves}")
-        add("adjoint", f"motor, {moves}")
-        add("bracket", "twist, twist, twist, twist")
-        for name in needs.layouts:
-            v = f"layout {name}"
-            add("body_object", f"motor, {v}, {moves}, {v}", f"body_object_{name}_tangent")
-            add("moved_rates", f"{v}, {v}", f"moved_rates_{name}_tangent")
-            add("turned_rate", f"{v}, twist, {v}, twist", f"turned_rate_{name}_tangent")
-            add("path_rates", f"motor, twist, {v}, {v}, {v}, {moves}, twist", f"path_rates_{name}_tangent")
+    if needs.tangents:
+        add(mechanics.twist_of, "motor, layout motor")
     return found

@@ -1,93 +1,117 @@
-"""Series of the driver's Taylor integrator: the kernels of a body's motion and of its springs as series."""
+"""Series functions of simulations: kernels of a body's motion, of springs and of constraints, on rows of the state.
+
+What a kernel takes from the state varies; what it takes from a record, or from the numbers of a simulation, does not.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
-from ...errors import TraceError
+from ...algorithms.dynamics.records import Body, Parts, Spring
+from ...algorithms.dynamics.series import MotionSeries, series_shapes
+from ...algorithms.series.functions import Argument, SeriesFunction, Term, series_function
 from ...formulas.mechanics import mechanics, pins
 from ...formulas.motions import flows
-from ...targets.c.taylor_functions import HIGHEST_ORDER, SeriesFunction, series_function
 from .. import KernelSpec, stock_algebra, trace_spec
 from .config import DynamicsConfig
+from .loads import BODY_LOADS
 
-#: What an argument of the kernels is in the driver; those that are not here are series.
-_STILL = {
-    "center": "body + BS_BODY_CENTER", "weight": "body + BS_BODY_WEIGHT", "wrench": "body + BS_BODY_WORLD",
-    "angular": "body + BS_BODY_DRAG", "linear": "body + BS_BODY_DRAG + 1",
-}  # fmt: skip
-_MOVING = {"r": "motor", "omega": "omega", "momentum": "momentum"}
+#: Rows of the state: numbers of each.
+_STATE = {"motor": 8, "twist": 6, "other_motor": 8, "other_twist": 6, "momentum": 6, "rotor": 4, "spin": 3}
 
 
-def series_values(needs: DynamicsConfig) -> dict[str, Any]:
-    """Values of the driver's template."""
-    algebra = stock_algebra(needs.algebra)
-    null = next(v for v in ("ni", "0") if v in algebra.vectors)
-    attached = 1 << algebra.vectors.index(null)
-    made = [_tumbling(needs)] if needs.in_flight else [_motion(needs)]
-    if "spring" in needs.loads:
-        made.append(_spring(needs))
-    held = [_held_rates(needs, name) for name in needs.layouts] if needs.mode == "constrained" else []
-    if held and "twist" in needs.layouts:
-        held.append(_series(needs, "powered", ("v",), (pins.held_power, "motor, twist")))
-    joint = [_series(needs, "relation", (), (pins.relation, "motor, twist, motor, twist"))]
-    joint = joint if held and needs.bodies > 1 else []
-    return {
-        "series": [*made, *held, *joint],
-        "joint_work": joint[0].work if joint else 0,
-        "constraint_work": max([1, *(f.work for f in held)]),
-        "constraints": needs.constraints,
-        "order": HIGHEST_ORDER,
-        "arguments": {**_STILL, **_MOVING},
-        "turning": [int(not blade & attached) for blade in algebra.kind("motor").blades],
-        "springs": max(needs.springs, 1),
-    }
+def with_series(needs: DynamicsConfig, parts: Parts) -> tuple[Parts, MotionSeries]:
+    """Series functions of a kind of simulation, and its parts with what they keep."""
+    series = _turning(needs) if needs.in_flight else _motion(needs)
+    return parts._replace(series=series_shapes(parts, series, needs.springs, needs.constraints)), series
 
 
-def _series(
-    needs: DynamicsConfig, name: str, still: tuple[str, ...], *formulas: tuple[Callable[..., Any], str]
-) -> SeriesFunction:
-    kernels = [trace_spec(KernelSpec(f, tuple(kinds.split(", ")), "", needs.algebra)) for f, kinds in formulas]
-    if unknown := set(still) - set(_STILL) - {item.name for kernel in kernels for item in kernel.inputs}:
-        raise TraceError(f"the series {name} has no argument {min(unknown)!r}.")
-    return series_function(name, kernels, still)
+def rotor_part(algebra_name: str) -> tuple[bool, ...]:
+    """Whether a coefficient of a motor is of its rotor."""
+    algebra = stock_algebra(algebra_name)
+    null = 1 << next(algebra.vectors.index(v) for v in ("ni", "0") if v in algebra.vectors)
+    return tuple(not blade & null for blade in algebra.kind("motor").blades)
 
 
-def _tumbling(needs: DynamicsConfig) -> SeriesFunction:
+class _Terms:
+    """Kernels as terms of a series function of an algebra."""
+
+    def __init__(self, algebra: str, **still: int) -> None:
+        self.algebra, self.still = algebra, still
+        self.rows = {**_STATE, **still}
+        self.terms: list[Term] = []
+
+    def add(self, formula: Callable[..., Any], kinds: str, arguments: str, results: str) -> None:
+        """A kernel; an argument is a row, or a field of the record of that name: ``body.center``, ``body.laws[1]``."""
+        kernel = trace_spec(KernelSpec(formula, tuple(kinds.split(", ")), "", self.algebra))
+        found = tuple(self._argument(each) for each in arguments.split(", "))
+        self.terms.append(Term(kernel, found, tuple(results.split(", "))))
+
+    def _argument(self, text: str) -> Argument:
+        row, _, field = text.partition(".")
+        name, _, index = field.partition("[")
+        record = {"body": Body, "spring": Spring}.get(row)
+        offset = record.extent(name)[0] if record is not None else 0
+        return Argument(row, offset + int(index.removesuffix("]") or 0), row not in self.still)
+
+    def function(self, name: str, rows: str) -> SeriesFunction:
+        """All of them, on some rows."""
+        return series_function(name, self.terms, {row: self.rows[row] for row in rows.split(", ")})
+
+
+def _turning(needs: DynamicsConfig) -> MotionSeries:
     """The turning of a body by itself, free or about a point."""
-    lever = flows.lever_rate, "layout rotor, position, position, position"
-    return _series(
-        needs, "motion", ("moments", "inverse", "center", "weight"),
-        (flows.rotor_rate, "layout rotor, position"), (flows.spin_rate, "position, position, position"),
-        *([lever] if needs.mode == "subspace" and "gravity" in needs.loads else ()),
-    )  # fmt: skip
+    terms = _Terms(needs.algebra, inverse=3, body=Body.size)
+    terms.add(flows.rotor_rate, "layout rotor, position", "rotor, spin", "rotor_rate")
+    terms.add(flows.spin_rate, "position, position, position", "spin, body.moments, inverse", "spin_rate")
+    if needs.mode == "subspace" and "gravity" in needs.loads:
+        kinds = "layout rotor, position, position, position"
+        terms.add(flows.lever_rate, kinds, "rotor, body.center, body.weight, inverse", "spin_rate")
+    return MotionSeries(terms.function("motion_series", "rotor, spin, inverse, body"))
 
 
-def _motion(needs: DynamicsConfig) -> SeriesFunction:
-    """A motor's rate, and the wrenches on its body."""
-    loads: dict[str, tuple[Callable[..., Any], str]] = {
-        "gravity": (mechanics.pull, "motor, position, position"),
-        "world_wrench": (mechanics.wrench_to_body, "motor, twist"),
-        "drag": (mechanics.drag, "twist, position, number, number"),
-    }
+def _motion(needs: DynamicsConfig) -> MotionSeries:
+    """A motor's rate, the wrenches on its body, and what constraints add."""
+    terms = _Terms(needs.algebra, body=Body.size)
     gyroscopic = mechanics.gyroscopic if needs.mode == "subspace" else mechanics.central_gyroscopic
-    return _series(
-        needs, "motion", tuple(_STILL),
-        (mechanics.motor_rate, "layout motor, twist"), (gyroscopic, "twist, numbers6"),
-        *(load for name, load in loads.items() if name in needs.loads),
-    )  # fmt: skip
-
-
-def _held_rates(needs: DynamicsConfig, name: str) -> SeriesFunction:
-    """Pinned objects in the body frame: their rates along each unit twist, and their accelerations."""
-    return _series(needs, f"held_{name}", ("v",), (pins.held_rates, f"motor, twist, layout {name}"))
+    terms.add(mechanics.motor_rate, "layout motor, twist", "motor, twist", "motor_rate")
+    terms.add(gyroscopic, "twist, numbers6", "twist, momentum", "row")
+    for name, load in BODY_LOADS.items():
+        if name in needs.loads:
+            arguments = (each if each in _STATE else f"body.{each}" for each in load.arguments)
+            terms.add(load.formula, load.kinds, ", ".join(arguments), "row")
+    series = MotionSeries(terms.function("motion_series", "motor, twist, momentum, body"))
+    if "spring" in needs.loads:
+        series = series._replace(spring=_spring(needs))
+    return _with_constraints(needs, series) if needs.mode == "constrained" else series
 
 
 def _spring(needs: DynamicsConfig) -> SeriesFunction:
-    """The wrenches of a spring on its two bodies; of one body the other end is in the world."""
-    world = ("s", "psi") if needs.bodies == 1 else ()
-    return _series(
-        needs, "pulled", ("point", "other_point", "law", *world),
-        (mechanics.spring, "motor, twist, position, motor, twist, position, numbers3"),
-    )  # fmt: skip
+    """Wrenches on both ends; of one body the other end is in the world."""
+    world = {"other_motor": 8, "other_twist": 6} if needs.bodies == 1 else {}
+    terms = _Terms(needs.algebra, spring=Spring.size, **world)
+    kinds = "motor, twist, position, motor, twist, position, numbers3"
+    ends = "motor, twist, spring.point, other_motor, other_twist, spring.anchor, spring.stiffness"
+    terms.add(mechanics.spring, kinds, ends, "wrench, other_wrench")
+    return terms.function("spring_series", "motor, twist, other_motor, other_twist, spring")
+
+
+def _with_constraints(needs: DynamicsConfig, series: MotionSeries) -> MotionSeries:
+    layouts = []
+    for number, name in enumerate(needs.layouts):
+        size = stock_algebra(needs.algebra).kind(name).size
+        terms = _Terms(needs.algebra, v=size)
+        terms.add(pins.held_rates, f"motor, twist, layout {name}", "motor, twist, v", "rates, bent")
+        layouts.append((number, size, terms.function(f"held_series_{name}", "motor, twist, v")))
+    series = series._replace(layouts=tuple(layouts))
+    if "twist" in needs.layouts:
+        terms = _Terms(needs.algebra, v=6)
+        terms.add(pins.held_power, "motor, twist", "motor, v", "power")
+        series = series._replace(power=terms.function("power_series", "motor, v"))
+    if needs.bodies > 1:
+        terms = _Terms(needs.algebra)
+        rows = "motor, twist, other_motor, other_twist"
+        terms.add(pins.relation, "motor, twist, motor, twist", rows, "seen, relative, bend, change")
+        series = series._replace(relation=terms.function("relation_series", rows))
+    return series

@@ -1,11 +1,8 @@
-"""Specialisation key of a mechanism's driver: links, loop-closing joints, targets, inputs and outputs."""
+"""What a mechanism is to its algorithms: links, loop-closing joints, targets, inputs and outputs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-from ...errors import InputError
-from ..dynamics.config import ALGEBRAS
 
 
 @dataclass(frozen=True)
@@ -87,8 +84,3 @@ class MechanismConfig:
     columns: int = 0
     outputs: tuple[int, ...] = ()
     coordinates: tuple[int, ...] = ()
-
-    def check(self) -> None:
-        """Raise `InputError` for what no driver has."""
-        if self.algebra not in ALGEBRAS:
-            raise InputError(f"mechanisms are compiled in {' and '.join(ALGEBRAS)}, not in {self.algebra!r}.")

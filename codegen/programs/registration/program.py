@@ -25,18 +25,20 @@ _SOURCES = (SOURCE, "specs/cga3d.toml", *(f"../templates/c/{name}.j2" for name i
 ALGORITHMS = (
     stages.elements, stages.to_frame, stages.squared_distances, stages.motors_to_world, stages.twists_to_world,
     stages.step, stages.invariants, stages.rates, stages.stiffness, stages.samples, stages.refine, stages.match,
+    stages.match_segments, stages.residual_rates,
     center.robust_center, direct.direct,
 )  # fmt: skip
 
 
-def _specialised(algorithm: Algorithm, name: str) -> Function:
+def _specialise(algorithm: Algorithm, name: str) -> Function:
     parameters = algorithm.text.parameters
     return algorithm.specialised([Static(name) if isinstance(p.type, StaticType) else p.type for p in parameters])
 
 
 def _specs(name: str) -> list[KernelSpec]:
     """All kernels of a set of kinds."""
-    specs = [scene.near_motor, scene.apart, stages.step_motor, stages.unseen, stages.unseen_twist, direct.change]
+    specs = [scene.near_motor, scene.apart, stages.step_motor, stages.unseen, stages.unseen_twist, direct.change,
+             scene.ends_apart, stages.position_rates, stages.direction_rates]  # fmt: skip
     for kind in KIND_SETS[name]:
         specs += [kind.element, kind.in_frame, kind.rates, kind.moved, kind.form, kind.off, kind.half_step]
         specs += [] if kind.directed else [kind.half_step_of_two]
@@ -54,7 +56,7 @@ def reform_program(kinds: tuple[str, ...] = KINDS) -> Program:
     """
     name = set_name(kinds)
     title = f"Registration of models of {', '.join(in_order(kinds))}"
-    functions = {each.name: _specialised(each, name) for each in ALGORITHMS}
+    functions = {each.name: _specialise(each, name) for each in ALGORITHMS}
     return stock_program("reform" if name == ALL else f"reform_{name}", title, {name: functions}, _specs(name), SOURCE)
 
 
@@ -72,6 +74,6 @@ def reform_numba(kinds: tuple[str, ...] = KINDS) -> str:
     name = set_name(kinds)
 
     def functions() -> dict[str, Function]:
-        return {f"bs_{each.name}_{name}": _specialised(each, name) for each in ALGORITHMS}
+        return {f"bs_{each.name}_{name}": _specialise(each, name) for each in ALGORITHMS}
 
     return stock_numba(f"reform_{name}", functions, _SOURCES)

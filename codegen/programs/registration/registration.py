@@ -11,9 +11,11 @@ from ...formulas.registration import estimation, registration
 from .. import KernelSpec, cga3d
 
 #: Kinds of object, in the order that algorithms number them.
-KINDS = ("point", "point_pair", "line", "circle", "plane", "sphere")
+KINDS = ("point", "point_pair", "line", "segment", "circle", "plane", "sphere")
 #: Those that point somewhere.
-DIRECTED = frozenset(("point_pair", "line", "circle", "plane"))
+DIRECTED = frozenset(("point_pair", "line", "segment", "circle", "plane"))
+#: Kinds that are matched as objects of another kind: a segment as the line through its ends.
+_MATCHED_AS = {"segment": "line"}
 #: How far points are off flats; off other kinds it is the distance of their positions.
 _OFF = {"line": registration.off_line, "plane": registration.off_plane}
 #: The name of the set of all kinds.
@@ -44,9 +46,15 @@ class PairOfKinds(NamedTuple):
     invariants: KernelSpec
 
 
-def _registered_kind(kind: str) -> RegisteredKind:
+def matched_as(kind: str) -> str:
+    """The kind of the algebra's objects that stand for objects of a kind."""
+    return _MATCHED_AS.get(kind, kind)
+
+
+def _registered_kind(name: str) -> RegisteredKind:
+    kind = matched_as(name)
     return RegisteredKind(
-        KINDS.index(kind),
+        KINDS.index(name),
         cga3d().kind(kind).size,
         kind in DIRECTED,
         KernelSpec(registration.element, (kind,), f"element_{kind}"),
@@ -83,7 +91,8 @@ class _PairSets(dict[str, tuple[PairOfKinds, ...]]):
         kinds = dict(zip(_SUBSETS[name], KIND_SETS[name], strict=True))
         found = []
         for pair in combinations_with_replacement(kinds, 2):
-            kernel = KernelSpec(registration.pair_invariants, pair, f"invariants_{'_'.join(pair)}")
+            objects = (matched_as(pair[0]), matched_as(pair[1]))
+            kernel = KernelSpec(registration.pair_invariants, objects, f"invariants_{'_'.join(objects)}")
             found.append(PairOfKinds(kinds[pair[0]], kinds[pair[1]], kernel))
         return self.setdefault(name, tuple(found))
 

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from ...algorithms.motor_form import FORM, minimize_form
-from ...algorithms.registration_layout import ELEMENT, MOTOR, Grid, Head, Selected, Settings
+from ...algorithms.registration_layout import ELEMENT, MOTOR, POSITION, VECTORS, Grid, Head, Selected, Settings
 from ...formulas.registration import registration
 from ...ir.loops.algorithm import Algorithm as algorithm
 from ...ir.loops.algorithm import inlined
@@ -22,11 +22,13 @@ from ...ir.loops.language import (
     Vector,
     empty,
     sqrt,
+    zeros,
 )
 from .. import KernelSpec, cga3d
 from .registration import KIND_SETS
 
 apart = KernelSpec(registration.apart, ("numbers7", "numbers7", "numbers3", "number", "number"), "apart")
+ends_apart = KernelSpec(registration.ends_apart, ("position",) * 4, "ends_apart")
 near_motor = KernelSpec(registration.near_motor, ("layout motor",), "near_motor")
 #: Where the coefficients of q, then those of q', stand in a motor q + q', and which of them.
 PLACES = tuple((cga3d().kind("motor").blades.index(b), k) for k, b in enumerate(registration.motor_blades(cga3d())))
@@ -128,6 +130,52 @@ def nearest(
     return found, best, -1.0 if settings.other[0] < 0.0 and side < 0.0 else 1.0
 
 
+@algorithm
+def fitting_segment(
+    kind: Int,
+    element: Vector[ELEMENT],
+    ends: Vector[VECTORS],
+    reference_ends: Rows[VECTORS],
+    settings: Settings,
+    grids: Rows[Grid],
+    heads: Rows[Head],
+    reals: Reals,
+    integers: Ints,
+) -> tuple[Int, Real]:
+    """The reference segment that a moved one fits best, of those whose lines are within the limit, or -1; the mean
+    square by which ends are off.
+
+    What sticks out counts up to half the range of matches: less than another line, but it decides between segments
+    of one line.
+    """
+    grid = grids[kind]
+    head = heads[kind]
+    found = -1
+    best = 0.0
+    square = 0.0
+    if element[0] - element[0] != 0.0 or head.objects == 0:
+        return found, square
+    reach = sqrt(settings.limit / settings.weights[0])
+    for x in range(cell(grid, head, 0, element[0] - reach), cell(grid, head, 0, element[0] + reach) + 1):
+        for y in range(cell(grid, head, 1, element[1] - reach), cell(grid, head, 1, element[1] + reach) + 1):
+            starts = head.starts + (x * head.sides[1] + y) * head.sides[2]
+            begin = integers[starts + cell(grid, head, 2, element[2] - reach)]
+            for j in range(begin, integers[starts + cell(grid, head, 2, element[2] + reach) + 1]):
+                at = head.elements + ELEMENT * j
+                apart_, _ = apart(element, reals[at : at + ELEMENT], settings.weights, grid.directed, settings.other)
+                if not apart_ <= settings.limit:
+                    continue
+                row = integers[head.order + j]
+                others = reference_ends[row]
+                off, out = ends_apart(ends[:POSITION], ends[POSITION:], others[:POSITION], others[POSITION:])
+                misfit = off + min(out * out, 0.25 * reach * reach)
+                if found < 0 or misfit < best or (misfit == best and found > row):
+                    best = misfit
+                    square = off
+                    found = row
+    return found, square
+
+
 @inlined
 def score(
     kinds: Static,
@@ -146,7 +194,7 @@ def score(
     asked in turn from a first one on, which should differ between samples: else a query whose first few objects have
     no counterpart is never found.
     """
-    element = empty(ELEMENT)
+    element = zeros(ELEMENT)
     count = len(selected)
     total = 0.0
     hits = 0

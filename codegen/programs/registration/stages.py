@@ -7,8 +7,12 @@ from ...algorithms.registration_layout import (
     ELEMENT,
     INVARIANTS,
     MOTOR,
+    POSITION,
     RATES,
+    RESIDUAL,
+    RESIDUALS,
     TWIST,
+    VECTORS,
     Grid,
     Head,
     Selected,
@@ -16,12 +20,14 @@ from ...algorithms.registration_layout import (
 )
 from ...formulas.registration import registration
 from ...ir.loops.algorithm import Algorithm as algorithm
-from ...ir.loops.language import InOut, Int, Ints, Out, Real, Reals, Rows, Static, Vector, empty, zeros
+from ...ir.loops.language import InOut, Int, Ints, Matrix, Out, Real, Reals, Rows, Static, Vector, empty, zeros
 from .. import KernelSpec
 from .registration import KIND_SETS, PAIR_SETS
-from .scene import add_form, apart, form_motor, move_element, nearest, score
+from .scene import add_form, apart, fitting_segment, form_motor, move_element, nearest, score
 
 step_motor = KernelSpec(registration.step_motor, ("motor", "twist"), "stepped")
+position_rates = KernelSpec(registration.position_rates, ("motor", "position"), "position_rates")
+direction_rates = KernelSpec(registration.vector_rates, ("motor", "position"), "direction_rates")
 unseen = KernelSpec(registration.unseen, ("motor", "position", "position"), "unseen")
 unseen_twist = KernelSpec(registration.unseen_twist, ("twist", "position"), "unseen_twist")
 
@@ -118,6 +124,45 @@ def rates(
 
 
 @algorithm
+def residual_rates(
+    motor: Vector[MOTOR],
+    vectors: Vector[VECTORS],
+    directed: Int,
+    residuals: Matrix[RESIDUALS, RESIDUAL],
+    found: Out[Vector[RATES]],
+) -> None:
+    """Sum of squared residuals of a match, its gradient and its Gauss-Newton matrix by the twist.
+
+    Residuals are linear forms of two vectors that the motor moves: a position, and another one or a direction.
+    """
+    moved = empty(VECTORS)
+    moved_rates = empty(2, TWIST * POSITION)
+    moved[:POSITION], moved_rates[0] = position_rates(motor, vectors[:POSITION])
+    if directed != 0:
+        moved[POSITION:], moved_rates[1] = direction_rates(motor, vectors[POSITION:])
+    else:
+        moved[POSITION:], moved_rates[1] = position_rates(motor, vectors[POSITION:])
+    found[:] = 0.0
+    slope = empty(TWIST)
+    for k in range(RESIDUALS):
+        value = -residuals[k, VECTORS]
+        for j in range(VECTORS):
+            value += residuals[k, j] * moved[j]
+        for i in range(TWIST):
+            slope[i] = 0.0
+            for j in range(POSITION):
+                slope[i] += residuals[k, j] * moved_rates[0, POSITION * i + j]
+                slope[i] += residuals[k, POSITION + j] * moved_rates[1, POSITION * i + j]
+        found[0] += value * value
+        at = 1 + TWIST
+        for i in range(TWIST):
+            found[1 + i] += 2.0 * value * slope[i]
+            for j in range(i, TWIST):
+                found[at] += 2.0 * slope[i] * slope[j]
+                at += 1
+
+
+@algorithm
 def stiffness(kinds: Static, set_kinds: Ints, query: Ints, heads: Rows[Head], reals: Reals) -> Real:
     """The least pivot of the form |B X - X B|^2 of twists of a set of query objects; kind -1 leaves one out."""
     form = zeros(FORM)
@@ -181,7 +226,7 @@ def add_matches(
     form: InOut[Vector[FORM]],
 ) -> None:
     """Add the forms of all matches under a motor, near ones weighing more."""
-    element = empty(ELEMENT)
+    element = zeros(ELEMENT)
     for i in range(len(selected)):
         kind = selected[i].kind
         x = heads[kind].query + heads[kind].length * selected[i].row
@@ -252,8 +297,34 @@ def match(
     integers: Ints,
 ) -> tuple[Int, Real, Real]:
     """Row of the counterpart of a query object or -1, the weighted square, and -1 if it has the other orientation."""
-    element = empty(ELEMENT)
+    element = zeros(ELEMENT)
     at = heads[selected.kind].query + heads[selected.kind].length * selected.row
     move_element(kinds, selected.kind, motor, reals, at, element)
     row, square, sign = nearest(selected.kind, element, settings, grids, heads, reals, integers)
     return row, square, sign
+
+
+@algorithm
+def match_segments(
+    kinds: Static,
+    kind: Int,
+    row: Int,
+    motor: Vector[MOTOR],
+    ends: Rows[VECTORS],
+    reference_ends: Rows[VECTORS],
+    settings: Settings,
+    grids: Rows[Grid],
+    heads: Rows[Head],
+    reals: Reals,
+    integers: Ints,
+) -> tuple[Int, Real]:
+    """Row of the counterpart of a query segment by its ends or -1, and the mean square by which ends are off."""
+    element = zeros(ELEMENT)
+    move_element(kinds, kind, motor, reals, heads[kind].query + heads[kind].length * row, element)
+    moved = empty(VECTORS)
+    rates = empty(TWIST * POSITION)
+    own = ends[row]
+    moved[:POSITION], rates[:] = position_rates(motor, own[:POSITION])
+    moved[POSITION:], rates[:] = position_rates(motor, own[POSITION:])
+    found, square = fitting_segment(kind, element, moved, reference_ends, settings, grids, heads, reals, integers)
+    return found, square

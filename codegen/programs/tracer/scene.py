@@ -6,33 +6,19 @@ Kinds of surface are in surface_kinds.py.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ...errors import SceneError, suggest
-from ...formulas.rays import boxes, rays, shading
 from ...targets.c.instances import PORTABLE, SCALAR, Instance
 from ...targets.templates import render
-from .. import KernelSpec, Part, Program, program
-from .records import C_TEXT
-from .surface_kinds import METHODS, SurfaceKind, in_order, stock_kinds, surface_kind
+from .. import Part, Program, program
+from . import kernels
+from .algorithms import HITS, LAYOUTS, c_headers
+from .scene_needs import WIDE_KINDS, SceneNeeds
+from .surface_kinds import METHODS, in_order, stock_kinds, surface_kind
+from .surfaces import texts
+from .surfaces.kind import SurfaceKind
 
-#: Every program: the side of a normal that a ray sees.
-_COMMON = (KernelSpec(rays.facing, ("unit", "position")),)
-#: Programs that make pictures.
-_PICTURE = (
-    KernelSpec(shading.camera_position, ("motor",)),
-    KernelSpec(shading.camera_direction, ("motor", "numbers3", "numbers2")),
-    KernelSpec(shading.light_terms, ("position", "unit", "unit", "position", "number")),
-)
-_REFLECTION = (KernelSpec(rays.reflected_direction, ("position", "unit")),)
-#: Programs that look at the boxes of rows.
-_BOXES = (
-    KernelSpec(boxes.box_ray, ("position", "position", "number")),
-    KernelSpec(boxes.box_span, ("position",) * 5 + ("numbers2",)),
-)
-FLAGS = ("pictures", "layers", "reflection", "checker", "single", "tree")
-#: Kinds of which several rays are met at once, in scenes that have no others.
-WIDE_KINDS = frozenset(("plane", "sphere"))
 #: Rows of surfaces from which on a tree over their boxes costs less than asking each; where several rays are met at
 #: once, asking costs a fifth.
 TREE_PAYS, TREE_PAYS_WIDE = 12, 48
@@ -41,46 +27,8 @@ TREE_PAYS, TREE_PAYS_WIDE = 12, 48
 QUICK = ("-O1", "-foptimize-sibling-calls")
 
 
-@dataclass(frozen=True)
-class SceneNeeds:
-    """Features of a scene; equal needs are the same program.
-
-    Attributes
-    ----------
-    kinds : tuple of str
-        Kinds of surface, in their order.
-    methods : tuple of str
-        Of `METHODS`; empty where no surface has a choice.
-    pictures, reflection, checker, single, layers, tree : bool
-        Camera and light; mirrors; checkered surfaces; float32 besides float64; normals, depth and more of pictures;
-        a tree over the boxes of many surfaces.
-    """
-
-    kinds: tuple[str, ...]
-    methods: tuple[str, ...] = ()
-    pictures: bool = True
-    reflection: bool = False
-    checker: bool = False
-    single: bool = False
-    layers: bool = False
-    tree: bool = False
-
-    @property
-    def wide(self) -> bool:
-        """True where the program meets several rays at once, of first hits."""
-        return bool(self.kinds) and set(self.kinds) <= WIDE_KINDS and not self.tree
-
-    def covers(self, other: SceneNeeds) -> bool:
-        """Return whether a program for these needs serves the other's too."""
-        return (
-            set(other.kinds) <= set(self.kinds)
-            and set(other.methods) <= set(self.methods)
-            and all(getattr(self, flag) >= getattr(other, flag) for flag in FLAGS)
-        )
-
-
 #: What the wheel carries for machines without a compiler.
-EVERYTHING = SceneNeeds(stock_kinds(), tuple(METHODS), True, True, True, True, True, True)
+EVERYTHING = SceneNeeds(stock_kinds(), tuple(METHODS), True, True, True, True, True, True, True)
 
 
 def needs(
@@ -96,6 +44,8 @@ def needs(
 ) -> SceneNeeds:
     """Needs in their one spelling: sorted, without methods that no surface uses; ``rows`` of surfaces in all.
 
+    Programs that make no pictures find all points of lines.
+
     Raises
     ------
     SceneError
@@ -108,62 +58,69 @@ def needs(
     chosen = tuple(m for m in METHODS if m in methods) if choice else ()
     tree = rows >= (TREE_PAYS_WIDE if set(used) <= WIDE_KINDS else TREE_PAYS)
     return SceneNeeds(
-        used, chosen, pictures, pictures and reflection, pictures and checker, single, pictures and layers, tree
-    )
+        used, chosen, pictures, pictures and reflection, pictures and checker, single, pictures and layers, tree,
+        not pictures,
+    )  # fmt: skip
 
 
 def scene_program(wanted: SceneNeeds) -> Program:
     """The program for these needs: its kernels and its driver's text."""
     kinds = [surface_kind(name) for name in wanted.kinds]
-    specs = [*_COMMON]
+    specs = [kernels.facing]
     if wanted.pictures:
-        specs += _PICTURE
+        specs += [kernels.camera_position, kernels.camera_direction, kernels.light_terms]
     if wanted.reflection:
-        specs += _REFLECTION
-    boxed = wanted.tree or any("bound" in dict(kind.layout) for kind in kinds)
-    if boxed:
-        specs += _BOXES
+        specs.append(kernels.reflected_direction)
+    if wanted.tree or any(kind.is_apart for kind in kinds):
+        specs += [kernels.box_ray, kernels.box_span]
     specs += [d for kind in kinds if not kind.is_apart for d in kind.kernels]
-    methods = [(method.upper(), int(method in wanted.methods)) for method in METHODS]
-    features = {
-        "PICTURES": wanted.pictures, "LAYERS": wanted.layers, "REFLECTION": wanted.reflection,
-        "CHECKER": wanted.checker, "TREE": wanted.tree, "BOXES": boxed,
-    }  # fmt: skip
+    features = {"PICTURES": wanted.pictures, "LINES": wanted.lines, "TREE": wanted.tree}
+    headers = c_headers(wanted)
     instances = SCALAR if wanted.single else SCALAR[:1]
     values = {
         "title": _title(wanted),
         "kinds": kinds,
-        "roots": max((kind.roots for kind in kinds), default=1),
-        "features": [*((name, int(value)) for name, value in features.items()), *methods],
+        "features": [(name, int(value)) for name, value in features.items()],
         "instances": instances,
         "elementary": wanted.pictures,
-        "records": C_TEXT if wanted.pictures else "",
+        "tree": wanted.tree,
         "wide": [i for i in PORTABLE if wanted.single or i.bits == 64] if wanted.wide else [],
     }
-    parts = [_wide_part(values)] if wanted.wide else []
+    parts = [_wide_part(values, headers)] if wanted.wide else []
     parts += [
-        _kind_part(kind, instance, wanted.methods, {"features": methods, "wide": ()})
+        _kind_part(kind, instance, wanted.methods, headers)
         for instance in instances
         for kind in sorted(kinds, key=lambda kind: -kind.roots)
         if kind.is_apart
     ]
-    return program("scene", specs, "scene.c.j2", "scene_types.h", values, QUICK, tuple(parts))
+    headers |= _surfaces(kinds, wanted.methods)
+    return program("scene", specs, "scene.c.j2", "scene_types.h", values, QUICK, tuple(parts), headers=headers)
 
 
-def _kind_part(kind: SurfaceKind, instance: Instance, methods: tuple[str, ...], values: Mapping[str, object]) -> Part:
+def _surfaces(kinds: Sequence[SurfaceKind], methods: tuple[str, ...]) -> dict[str, str]:
+    """The headers of surfaces along curves, where there are some."""
+    own = [kind for kind in kinds if kind.is_apart]
+    functions = texts.surface_functions(own, methods)
+    if not own:
+        return {}
+    return {texts.HEADER: texts.header(functions), texts.DECLARATIONS: texts.declarations(own, methods)}
+
+
+def _kind_part(kind: SurfaceKind, instance: Instance, methods: tuple[str, ...], headers: Mapping[str, str]) -> Part:
     """The functions of one kind in one precision: the same for all scenes with it that look for roots in these ways."""
-    kernels = (*kind.kernels, *(d for method, more in kind.methods if method in methods for d in more))
+    specs = (*kind.kernels, *(d for method, more in kind.methods if method in methods for d in more))
     title = f"{kind.name}, {instance.tag}"
-    source = render("scene_unit.c.j2", title=title, kinds=[kind], roots=kind.roots, instance=instance, **values)
-    return Part(kind.name, kernels, source, QUICK)
+    source = render("scene_unit.c.j2", title=title, kinds=[kind], instance=instance, wide=())
+    printed = {LAYOUTS: headers[LAYOUTS], HITS: headers[HITS], **_surfaces([kind], methods)}
+    return Part(kind.name, specs, source, QUICK, printed)
 
 
-def _wide_part(values: Mapping[str, object]) -> Part:
+def _wide_part(values: Mapping[str, object], headers: Mapping[str, str]) -> Part:
     """The loop that meets several rays at once: vector code, which gains by all that compilers do."""
-    kernels = tuple(d for name in sorted(WIDE_KINDS) for d in surface_kind(name).kernels)  # scene_wide.h has them all
-    plain = {"title": "several rays at once", "features": (), "roots": 1, "elementary": False}
+    specs = tuple(d for name in sorted(WIDE_KINDS) for d in surface_kind(name).kernels)  # scene_wide.h has them all
+    plain = {"title": "several rays at once", "elementary": False}
     source = render("scene_unit.c.j2", **{**values, **plain})
-    return Part("scene_wide", kernels, source)
+    return Part("scene_wide", specs, source, headers={LAYOUTS: headers[LAYOUTS]})
 
 
 def _title(wanted: SceneNeeds) -> str:

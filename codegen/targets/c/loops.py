@@ -6,9 +6,9 @@ A number is declared where it is first assigned, as far inside the blocks as its
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Iterable, Sequence
-from functools import cache
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from functools import cached_property
 
 from ...ir.loops.nodes import (
     Allocate,
@@ -30,17 +30,16 @@ from ...ir.loops.nodes import (
     Variable,
     View,
     While,
-    blocks,
     expressions,
     parts,
     walk,
 )  # fmt: skip
-from ...ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
+from ...ir.loops.types import REAL, ArrayType, Parameter, Scalar
 from ..loops import LoopPrinter, counted, in_calling_order, takes_count
 from ..printer import comment_text
-from ..templates import template_text
+from .names import STORED, TYPES, c_function_name, c_name
+from .uses import assigned_variables, is_inside_one_block, names_in, uses
 
-_TYPES = {REAL: "S", INT: "ptrdiff_t", BOOL: "int"}
 #: Functions of numbers: those of loops.h in small letters.
 _FUNCTIONS = {
     "sqrt": "SQRT", "abs": "ABS", "sin": "SIN", "cos": "COS", "exp": "EXP", "log": "LOG", "atan2": "ATAN2",
@@ -51,46 +50,16 @@ ELEMENTARY = frozenset(("sin", "cos", "exp", "log", "atan2"))
 _INDENT, _LINE = "  ", 118
 
 
-def c_name(name: str) -> str:
-    """A name of the text: never one that C or instance.h has. Theirs do not end with an underscore."""
-    return f"{name}_" if name.isupper() or name in _TAKEN or name.endswith("_") or name.startswith("bs_") else name
-
-
-#: Words of C and C++, and names that their headers or CUDA give a meaning.
-_WORDS = """
-alignas alignof and and_eq asm auto bool break case catch char class const continue default delete do double else enum
-explicit export extern false float for friend goto if inline int long main mutable namespace nan new not operator or
-private protected ptrdiff_t public register restrict return short signed size_t sizeof static struct switch template
-this throw true try typedef typename union unsigned using virtual void volatile wchar_t while xor int32_t int64_t
-errno linux unix stdin stdout stderr uint8_t uint32_t uint64_t threadIdx blockIdx blockDim gridDim
-"""
-_TAKEN = frozenset(_WORDS.split())
-
-
-#: Headers before the functions of an algorithm.
-_HEADERS = ("instance.h", "rows.h", "loops.h", "elementary.h")
-
-
-def c_function_name(name: str) -> str:
-    """A name of an algorithm, to which the instance's tag is added: never one of the headers."""
-    return f"{name}_" if name in _library() else c_name(name)
-
-
-@cache
-def _library() -> frozenset[str]:
-    """Functions of the headers, without their tags."""
-    return frozenset(name for header in _HEADERS for name in re.findall(r"FN\((\w+)\)", template_text(header)))
-
-
 class CLoopPrinter(LoopPrinter):
     """One function."""
 
     logical = {"and": "&&", "or": "||", "not": "!"}
-    functions = frozenset(("//", "%"))
+    functions = frozenset(("//", "%", "<<"))
 
     def __init__(self, function: Function) -> None:
         self.function = function
         self.outs = {p.name for p in function.parameters if p.access != "in"}
+        self._assignments: dict[int, Counter[Variable]] = {}  # in each block and those inside it, to each number
         self.arrays = {p.name for p in function.parameters if isinstance(p.type, ArrayType)}
 
     # -- expressions -------------------------------------------------------------------------------------------------
@@ -110,7 +79,8 @@ class CLoopPrinter(LoopPrinter):
         return f"{c_name(array.name)}_count_"
 
     def load(self, array: Array, index: Expression) -> str:
-        return f"{c_name(array.name)}[{self.text(index)}]"
+        element = f"{c_name(array.name)}[{self.text(index)}]"
+        return element if array.type.bits == 64 else f"(ptrdiff_t){element}"
 
     def select(self, condition: str, yes: str, no: str) -> str:
         return f"{condition} ? {yes} : {no}"
@@ -118,6 +88,10 @@ class CLoopPrinter(LoopPrinter):
     def call(self, name: str, arguments: Sequence[str]) -> str:
         if name == "epsilon":
             return "K(BS_EPSILON)"
+        if name == "largest":
+            return "K(BS_GREATEST)"
+        if name == "<<":
+            return f"(ptrdiff_t)((uint64_t)({arguments[0]}) << ({arguments[1]}))"
         function = _FUNCTIONS[name]
         joined = ", ".join(arguments)
         return f"{function}({joined})"
@@ -131,11 +105,11 @@ class CLoopPrinter(LoopPrinter):
 
     def type_of(self, name: str, scalar: Scalar) -> str:
         """C type of a number, or of those of an array."""
-        return _TYPES[scalar]
+        return TYPES[scalar]
 
     def result_type(self, k: int) -> str:
         """C type of a number that the function returns."""
-        return _TYPES[self.function.results[k]]
+        return TYPES[self.function.results[k]]
 
     def value_for(self, name: str, value: Expression) -> str:
         """What is assigned to a number or an element."""
@@ -145,6 +119,10 @@ class CLoopPrinter(LoopPrinter):
         """What is returned."""
         return self.text(value)
 
+    def function_name(self, function: Function) -> str:
+        """Its name in C, without the instance's tag."""
+        return c_function_name(function.name)
+
     def argument(self, call: Call, k: int, before: list[str]) -> str:
         """An argument of a call; lines that come before it are added."""
         each = call.arguments[k]
@@ -152,19 +130,24 @@ class CLoopPrinter(LoopPrinter):
 
     # -- functions ---------------------------------------------------------------------------------------------------
 
-    def lines(self) -> list[str]:
+    def lines(self, storage: str = "") -> list[str]:
         """The function, with its comment."""
         function = self.function
         note = comment_text(function.note)
+        unused = [f"(void){c_name(p.name)};" for p in function.parameters if p.name not in self._used]
+        body = _indent([*unused, *self._body()])
+        return [f"/* {note} */", *self.head(storage), "{", *body, "}"]
+
+    def head(self, storage: str = "", end: str = ")") -> list[str]:
+        """What a function begins with, or all of its declaration."""
+        function = self.function
         result = self.result_type(0) if len(function.results) == 1 else "void"
         parameters = [text for p in function.parameters for text in self._parameter(p)]
         if len(function.results) > 1:
             parameters += [f"{self.result_type(k)} *result{k}_" for k in range(len(function.results))]
-        storage = "BS_INLINE" if function.is_inline else "BS_OUTLINED"
-        name = c_function_name(function.name)
-        head = _wrapped(f"{storage} {result} FN({name})(", parameters or ["void"], ")")
-        unused = [f"(void){c_name(p.name)};" for p in function.parameters if not self._is_used(p)]
-        return [f"/* {note} */", *head, "{", *_indent([*unused, *self._body()]), "}"]
+        storage = storage or ("BS_INLINE" if function.is_inline else "BS_OUTLINED")
+        name = self.function_name(function)
+        return wrap_arguments(f"{storage} {result} FN({name})(", parameters or ["void"], end)
 
     def _parameter(self, parameter: Parameter) -> list[str]:
         name = c_name(parameter.name)
@@ -172,27 +155,31 @@ class CLoopPrinter(LoopPrinter):
             assert isinstance(parameter.type, Scalar)
             return [f"{self.type_of(parameter.name, parameter.type)} {name}"]
         const = "const " if parameter.access == "in" else ""
-        type = self.type_of(parameter.name, parameter.type.scalar)
+        type = STORED.get(parameter.type.bits) or self.type_of(parameter.name, parameter.type.scalar)
         if parameter.type.is_open:
             count = [f"ptrdiff_t {name}_count_"] if parameter.name in counted(self.function) else []
             return [f"{const}{type} *{name}", *count]
         return [f"{const}{type} {name}[BS_LENGTH({parameter.type.size})]"]
 
-    def _is_used(self, parameter: Parameter) -> bool:
+    @cached_property
+    def _read(self) -> set[str]:
+        """Names that expressions read."""
+        asked = [e for s in self.function.walk() for e in expressions(s)]
+        return {name for e in asked for name in names_in(e)}
+
+    @cached_property
+    def _used(self) -> set[str]:
+        """Names that the function reads, or writes to."""
+        found = set(self._read)
         for statement in self.function.walk():
-            if isinstance(statement, Store) and statement.array.name == parameter.name:
-                return True
-            if isinstance(statement, Assign) and statement.target.name == parameter.name:
-                return True
-            if isinstance(statement, Call):
-                if any(isinstance(a, View) and a.array.name == parameter.name for a in statement.arguments):
-                    return True
-                if any(r.name == parameter.name for r in statement.results):
-                    return True
-            for expression in expressions(statement):
-                if parameter.name in _names(expression):
-                    return True
-        return False
+            if isinstance(statement, Store):
+                found.add(statement.array.name)
+            elif isinstance(statement, Assign):
+                found.add(statement.target.name)
+            elif isinstance(statement, Call):
+                found |= {a.array.name for a in statement.arguments if isinstance(a, View)}
+                found |= {r.name for r in statement.results}
+        return found
 
     def _body(self) -> list[str]:
         names = {p.name for p in self.function.parameters}
@@ -202,14 +189,14 @@ class CLoopPrinter(LoopPrinter):
         """A block: numbers that nothing outside of it needs are declared in it."""
         declared, lines = set(declared), []
         for k, statement in enumerate(body):
-            here = [v for v in _assigned((statement,)) if v.name not in declared]
+            here = [v for v in assigned_variables((statement,)) if v.name not in declared]
             for variable in here:
                 rest = body[k + 1 :]
                 direct = isinstance(statement, Assign) and statement.target == variable
                 results = isinstance(statement, Call) and variable in statement.results
                 if direct or results:
                     continue  # the statement does
-                if _uses(rest, variable.name) or not _is_inside_one_block(statement, variable.name):
+                if uses(rest, variable.name) or not is_inside_one_block(statement, variable.name):
                     lines.append(f"{self.type_of(variable.name, variable.type)} {c_name(variable.name)};")
                     declared.add(variable.name)
             lines += self._statement(statement, declared, body)
@@ -230,7 +217,9 @@ class CLoopPrinter(LoopPrinter):
                 type = self.type_of(array.name, array.type.scalar)
                 return [f"{type} {c_name(array.name)}[{array.type.size}]{zero};"]
             case Store(array, index, value):
-                return [f"{c_name(array.name)}[{self.text(index)}] = {self.value_for(array.name, value)};"]
+                cast, text = STORED.get(array.type.bits), self.value_for(array.name, value)
+                stored = f"({cast})({text})" if cast else text
+                return [f"{c_name(array.name)}[{self.text(index)}] = {stored};"]
             case Call():
                 return self._call_lines(statement, declared)
             case For(variable, start, stop, step, inner):
@@ -258,8 +247,10 @@ class CLoopPrinter(LoopPrinter):
         raise TypeError(statement)
 
     def _const(self, variable: Variable, body: Sequence[Statement]) -> str:
-        assigned = [s for s in walk(tuple(body)) if variable in _assigned((s,), deep=False)]
-        return "const " if len(assigned) == 1 else ""
+        if id(body) not in self._assignments:
+            found = Counter(v for s in walk(tuple(body)) for v in assigned_variables((s,), deep=False))
+            self._assignments[id(body)] = found
+        return "const " if self._assignments[id(body)][variable] == 1 else ""
 
     def _call_lines(self, call: Call, declared: set[str]) -> list[str]:
         arguments: list[str] = []
@@ -269,30 +260,45 @@ class CLoopPrinter(LoopPrinter):
             if isinstance(each, View) and each.rows is not None and takes_count(call.callee, k):
                 arguments.append(self.text(each.rows))
         if isinstance(call.callee, KernelSignature):
-            return [*before, *_wrapped(f"FN({call.callee.symbol})(", arguments, ");")]
+            return [*before, *wrap_arguments(f"FN({call.callee.symbol})(", arguments, ");")]
         lines = [
             f"{self.type_of(r.name, r.type)} {c_name(r.name)};"
             for r in call.results
             if r.name not in declared and len(call.results) > 1
         ]
-        name = f"FN({c_function_name(call.callee.name)})("
+        name = f"FN({self.function_name(call.callee)})("
         if len(call.results) == 1 and len(call.callee.results) == 1:
             result = call.results[0]
+            if result.name not in self._read:
+                return [*before, *wrap_arguments(name, arguments, ");")]
             prefix = "" if result.name in declared else f"const {self.type_of(result.name, result.type)} "
-            return [*before, *_wrapped(f"{prefix}{c_name(result.name)} = {name}", arguments, ");")]
+            return [*before, *wrap_arguments(f"{prefix}{c_name(result.name)} = {name}", arguments, ");")]
         arguments += [f"&{c_name(r.name)}" for r in call.results]
-        return [*before, *lines, *_wrapped(name, arguments, ");")]
+        return [*before, *lines, *wrap_arguments(name, arguments, ");")]
 
 
-def c_functions(roots: Iterable[Function], printer: Callable[[Function], CLoopPrinter] = CLoopPrinter) -> str:
-    """C text of some algorithms and of those that they call, callees first."""
-    functions, _ = in_calling_order(roots)
-    return "\n".join("\n".join([*printer(f).lines(), ""]) for f in functions)
+def c_functions(roots: Iterable[Function], printed: Iterable[Function] = ()) -> str:
+    """C text of some algorithms and of those that they call, callees first.
+
+    Parameters
+    ----------
+    roots : iterable of Function
+    printed : iterable of Function
+        Algorithms whose text, with that of what they call, stands before.
+    """
+    before = set(in_calling_order(printed, is_c=True)[0])
+    functions, _ = in_calling_order(roots, is_c=True)
+    return "\n".join("\n".join([*CLoopPrinter(f).lines(), ""]) for f in functions if f not in before)
+
+
+def c_declarations(functions: Iterable[Function], storage: str) -> str:
+    """C declarations of functions that are defined elsewhere."""
+    return "".join("\n".join([*CLoopPrinter(f).head(storage, ");"), ""]) for f in functions)
 
 
 def needs_elementary(roots: Iterable[Function]) -> bool:
     """Whether elementary.h is to be included."""
-    functions, _ = in_calling_order(roots)
+    functions, _ = in_calling_order(roots, is_c=True)
     found = (p for f in functions for s in f.walk() for e in expressions(s) for p in parts(e))
     return any(isinstance(p, Intrinsic) and p.name in ELEMENTARY for p in found)
 
@@ -301,9 +307,10 @@ def _indent(lines: Iterable[str]) -> list[str]:
     return [_INDENT + line for line in lines]
 
 
-def _wrapped(head: str, items: Sequence[str], tail: str) -> list[str]:
+def wrap_arguments(head: str, items: Sequence[str], tail: str) -> list[str]:
     """A list of arguments, on several lines where it is long."""
     lines, line = [], head
+    items = items or [""]
     for k, item in enumerate(items):
         text = item + (", " if k + 1 < len(items) else tail)
         if len(line) + len(text) > _LINE and line.strip():
@@ -311,41 +318,3 @@ def _wrapped(head: str, items: Sequence[str], tail: str) -> list[str]:
             line = _INDENT * 2
         line += text
     return [*lines, line]
-
-
-def _assigned(body: Sequence[Statement], deep: bool = True) -> list[Variable]:
-    """Numbers that some statements assign to, each once; what counts a loop belongs to the loop."""
-    found: dict[Variable, None] = {}
-    for statement in walk(tuple(body)) if deep else body:
-        if isinstance(statement, Assign):
-            found[statement.target] = None
-        elif isinstance(statement, Call):
-            found.update(dict.fromkeys(statement.results))
-    return list(found)
-
-
-def _names(expression: Expression) -> set[str]:
-    found = set()
-    for part in parts(expression):
-        if isinstance(part, Variable):
-            found.add(part.name)
-        if hasattr(part, "array"):
-            found.add(part.array.name)
-    return found
-
-
-def _uses(body: Sequence[Statement], name: str) -> bool:
-    """Whether some statements read or assign to a number."""
-    for statement in walk(tuple(body)):
-        if any(v.name == name for v in _assigned((statement,), deep=False)):
-            return True
-        if any(name in _names(e) for e in expressions(statement)):
-            return True
-    return False
-
-
-def _is_inside_one_block(statement: Statement, name: str) -> bool:
-    """Whether one block of a statement has all that is about a number."""
-    if any(name in _names(e) for e in expressions(statement)):
-        return False
-    return sum(_uses(block, name) for block in blocks(statement)) == 1

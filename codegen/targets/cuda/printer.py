@@ -58,21 +58,34 @@ def scene_source(files: Mapping[str, str]) -> dict[str, str]:
     """
     driver = _device_part(files)
     tags = re.findall(r"^#define BS_TAG (\w+)$", driver, re.MULTILINE)
-    return _with_launchers(files, "scene.cu.j2", driver=driver, tags=tags)
+    features = dict(re.findall(r"^#define BS_SCENE_(LINES|PICTURES) (\w+)$", driver, re.MULTILINE))
+    has = {name.lower(): value != "0" for name, value in features.items()}
+    return _with_launchers(files, "scene.cu.j2", driver=driver, tags=tags, **has)
 
 
-def algorithms_source(files: Mapping[str, str]) -> dict[str, str]:
-    """The algorithms of a stock program as CUDA text: the loops of C, with a launcher for each.
+def loops_source(files: Mapping[str, str], loops: Mapping[str, int]) -> dict[str, str]:
+    """Loops over items as CUDA text: those of C, and a launcher ``launch_<loop>`` for each.
 
     Parameters
     ----------
     files : mapping
-        File name to text, as `programs.algorithms.stock_program` makes them. Compile the result with `DRIVER_OPTIONS`.
+        File name to text: a C program of algorithms. Compile the result with `DRIVER_OPTIONS`.
+    loops : mapping of str to int
+        Functions of the program, and how many arrays each takes.
     """
-    entries = json.loads(files["algorithms.json"])
-    most = max(len(entry["parameters"]) + len(entry["results"]) for entry in entries.values())
     headers = {name: text for name, text in files.items() if name.endswith(".h")}
-    return {MAIN: render("algorithm.cu.j2", driver=files["kernels.c"], names=list(entries), most=most), **headers}
+    main = render("algorithm.cu.j2", driver=files["kernels.c"], names=list(loops), most=max(loops.values()))
+    return {MAIN: main, **headers}
+
+
+def stock_source(files: Mapping[str, str], part: str = "") -> dict[str, str]:
+    """The algorithms of a stock program, or of a part of it, as CUDA text: see `programs.stock` and `loops_source`."""
+    entries = {n: e for n, e in json.loads(files["algorithms.json"]).items() if part in ("", e["part"])}
+    chosen = f"#define BS_SOME_PARTS\n#define BS_PART_{part}\n" if part else ""
+    return loops_source(
+        {**files, "kernels.c": chosen + files["kernels.c"]},
+        {f"bs_{name}_f64": len(e["parameters"]) + len(e["results"]) for name, e in entries.items()},
+    )
 
 
 def _device_part(files: Mapping[str, str]) -> str:

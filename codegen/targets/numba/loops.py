@@ -8,10 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from ...ir.loops.algorithm import refusal_of_library
 from ...ir.loops.nodes import (
     Allocate,
     Array,
     Assign,
+    Binary,
     Break,
     Call,
     Constant,
@@ -33,7 +35,7 @@ from ...ir.loops.nodes import (
     plus,
 )  # fmt: skip
 from ...ir.loops.types import INT, REAL, ArrayType
-from ..loops import LoopPrinter, counted, in_calling_order, takes_count
+from ..loops import ATOM, LoopPrinter, counted, in_calling_order, takes_count
 from ..printer import comment_text
 from .printer import wrap
 
@@ -41,6 +43,7 @@ from .printer import wrap
 _FUNCTIONS = {
     "sqrt": "np.sqrt", "abs": "abs", "min": "min_", "max": "max_", "imin": "min_", "imax": "max_", "iabs": "abs",
     "real": "float", "int": "int", "sin": "sin", "cos": "cos", "exp": "exp", "log": "log", "atan2": "atan2",
+    "//": "quotient_",
 }  # fmt: skip
 _ELEMENTARY = frozenset(("sin", "cos", "exp", "log", "atan2"))
 _INDENT = "    "
@@ -54,7 +57,7 @@ def numba_name(name: str) -> str:
 
 
 #: Names that the text of the module has by itself.
-_WORDS = "np float int abs range len select sqrt sin cos exp log atan2 NAN EPSILON print object type"
+_WORDS = "U np float int abs range len select sqrt sin cos exp log atan2 NAN EPSILON LARGEST print object type"
 _TAKEN = frozenset(_WORDS.split())
 
 
@@ -111,10 +114,15 @@ class NumbaLoopPrinter(LoopPrinter):
         return f"{self.variable(array.name)}_count_"
 
     def load(self, array: Array, index: Expression) -> str:
+        name, place = self._place(array, index)
+        return f"{name}[U({place})]"
+
+    def _place(self, array: Array, index: Expression) -> list[str]:
+        """The flat array, and where in it an element is."""
         name, base = self._base(array)
         if isinstance(base, int):
-            return f"{name}[{_sum(f'at_{_WORK[array.type.scalar]}', self.text(plus(integer(base), index)))}]"
-        return f"{name}[{_sum(base, self.text(index))}]"
+            return [name, _sum(f"at_{_WORK[array.type.scalar]}", self.text(plus(integer(base), index)))]
+        return [name, _sum(base, self.text(index))]
 
     def _base(self, array: Array) -> tuple[str, str | int]:
         """The flat array, and where this one begins in it: an offset in the frame, or a parameter."""
@@ -122,24 +130,32 @@ class NumbaLoopPrinter(LoopPrinter):
             return _WORK[array.type.scalar], self.offsets[array.name]
         return self.variable(array.name), f"{self.variable(array.name)}_at_"
 
+    def _binary(self, expression: Binary) -> tuple[str, int]:
+        operator, left, right = expression.operator, expression.left, expression.right
+        if operator == "//" and expression.type == INT and not isinstance(right, Constant):
+            return self.call(operator, [self.text(left), self.text(right)]), ATOM
+        return super()._binary(expression)
+
     def select(self, condition: str, yes: str, no: str) -> str:
         return f"{yes} if {condition} else {no}"
 
     def call(self, name: str, arguments: Sequence[str]) -> str:
         if name == "epsilon":
             return "EPSILON"
+        if name == "largest":
+            return "LARGEST"
         joined = ", ".join(arguments)
         return f"{_FUNCTIONS[name]}({joined})"
 
     def view(self, view: View) -> list[str]:
         """The flat array and an offset."""
-        element = self.load(view.array, view.offset)
-        name, _, at = element.partition("[")
-        return [name, at.removesuffix("]")]
+        return self._place(view.array, view.offset)
 
     # -- functions ---------------------------------------------------------------------------------------------------
 
     def lines(self) -> list[str]:
+        if self.function.is_library and not self.function.body:
+            raise refusal_of_library(self.function.name)
         names: list[str] = []
         for p in self.function.parameters:
             name = self.variable(p.name)
@@ -150,7 +166,7 @@ class NumbaLoopPrinter(LoopPrinter):
             if size:
                 names += [work, f"at_{work}"]
         head = f"def {numba_name(self.function.name)}({wrap(names, 1)}):"
-        return [*head.splitlines(), f'{_INDENT}"""{_quoted(self.function.note)}"""', *self._block(self.function.body)]
+        return [*head.splitlines(), f'{_INDENT}"""{_doc_text(self.function.note)}"""', *self._block(self.function.body)]
 
     def _block(self, body: Sequence[Statement]) -> list[str]:
         lines = [line for statement in body for line in self._statement(statement)]
@@ -212,7 +228,13 @@ class NumbaLoopPrinter(LoopPrinter):
 def numba_functions(roots: Iterable[Function]) -> str:
     """Python text of some algorithms and of those that they call, callees first."""
     functions, _ = in_calling_order(roots)
-    return "\n\n\n".join("\n".join(NumbaLoopPrinter(f).lines()) for f in functions)
+    return "\n\n\n".join("\n".join(NumbaLoopPrinter(f).lines()) for f in functions if not f.home)
+
+
+def imported_functions(roots: Iterable[Function]) -> list[tuple[str, str]]:
+    """Module and name of what some algorithms call that has no text."""
+    functions, _ = in_calling_order(roots)
+    return sorted((f.home, f.name) for f in functions if f.home)
 
 
 def elementary_functions(roots: Iterable[Function]) -> list[str]:
@@ -228,5 +250,5 @@ def _sum(a: str, b: str) -> str:
     return f"{a} + {b}" if not b.startswith("-") else f"{a} + ({b})"
 
 
-def _quoted(note: str) -> str:
+def _doc_text(note: str) -> str:
     return comment_text(note).replace("\\", "\\\\").replace('"""', "'''")

@@ -46,7 +46,7 @@ def row_function(variant: Variant) -> RowFunction:
     body = printer.body()
     used = {node.data for node in printer.nodes if node.op == "var"}
     lines = [
-        f"{coefficient_name(item, j)} = {item.name}_row[{item.name}_at + {j}]"
+        f"{coefficient_name(item, j)} = {item.name}_row[U({item.name}_at + {j})]"
         for i, item in enumerate(kernel.inputs)
         for j in range(item.kind.size)
         if (i, j) in used
@@ -55,7 +55,7 @@ def row_function(variant: Variant) -> RowFunction:
     start = 0
     for output in kernel.outputs:
         for j, node in enumerate(variant.roots[start : start + len(output.nodes)]):
-            lines.append(f"{output.name}_result[{output.name}_to + {j}] = {printer.value(node)}")
+            lines.append(f"{output.name}_result[U({output.name}_to + {j})] = {printer.value(node)}")
         start += len(output.nodes)
     parameters = [f"{o.name}_{part}" for o in kernel.outputs for part in ("result", "to")]
     parameters += [f"{i.name}_{part}" for i in kernel.inputs for part in ("row", "at")]

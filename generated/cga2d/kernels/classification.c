@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga2d_invariants_vector: Eight numbers of a multivector of one grade. 14 mul, 10 add, 16 other. */
-BS_INLINE void FN(cga2d_invariants_vector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_invariants_vector)(BS_APART(V, invariants, 8), BS_APART(const V, x_in, 4))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -47,7 +47,7 @@ BS_INLINE void FN(cga2d_invariants_vector)(V *RESTRICT invariants, const V *REST
 }
 
 /* cga2d_invariants_bivector: Eight numbers of a multivector of one grade. 19 mul, 19 add, 21 other. */
-BS_INLINE void FN(cga2d_invariants_bivector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_invariants_bivector)(BS_APART(V, invariants, 8), BS_APART(const V, x_in, 6))
 {
   const V x_e12 = x_in[0];
   const V x_e1no = x_in[1];
@@ -99,7 +99,7 @@ BS_INLINE void FN(cga2d_invariants_bivector)(V *RESTRICT invariants, const V *RE
 }
 
 /* cga2d_invariants_trivector: Eight numbers of a multivector of one grade. 14 mul, 11 add, 16 other. */
-BS_INLINE void FN(cga2d_invariants_trivector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_invariants_trivector)(BS_APART(V, invariants, 8), BS_APART(const V, x_in, 4))
 {
   const V x_e12no = x_in[0];
   const V x_e12ni = x_in[1];

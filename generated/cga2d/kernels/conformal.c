@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga2d_point_euclidean: X = x^2/2 n_inf + x + n0. 3 mul, 1 add. */
-BS_INLINE void FN(cga2d_point_euclidean)(V *RESTRICT out, const V *RESTRICT position_in)
+BS_INLINE void FN(cga2d_point_euclidean)(BS_APART(V, out, 4), BS_APART(const V, position_in, 2))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -17,7 +17,7 @@ BS_INLINE void FN(cga2d_point_euclidean)(V *RESTRICT out, const V *RESTRICT posi
 }
 
 /* cga2d_sphere_euclidean_number: Outward sphere (in the plane: circle). INVALID: the radius is not positive. 7 mul, 2 add, 6 other. */
-BS_INLINE void FN(cga2d_sphere_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT center_in, const V *RESTRICT radius_in)
+BS_INLINE void FN(cga2d_sphere_euclidean_number)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, center_in, 2), BS_APART(const V, radius_in, 1))
 {
   const V center_e1 = center_in[0];
   const V center_e2 = center_in[1];
@@ -37,7 +37,7 @@ BS_INLINE void FN(cga2d_sphere_euclidean_number)(V *RESTRICT out, V *RESTRICT st
 }
 
 /* cga2d_point_pair_euclidean_euclidean: A ^ B, normalized; from a to b. SINGULAR: a = b. 35 mul, 12 add, 19 other. */
-BS_INLINE void FN(cga2d_point_pair_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga2d_point_pair_euclidean_euclidean)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, a_in, 2), BS_APART(const V, b_in, 2))
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -85,7 +85,7 @@ BS_INLINE void FN(cga2d_point_pair_euclidean_euclidean)(V *RESTRICT out, V *REST
 }
 
 /* cga2d_line_euclidean_euclidean: Line through a point along a direction. INVALID: the direction is zero. 11 mul, 3 add, 18 other. */
-BS_INLINE void FN(cga2d_line_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT point_in, const V *RESTRICT direction_in)
+BS_INLINE void FN(cga2d_line_euclidean_euclidean)(BS_APART(V, out, 3), BS_APART(V, status, 1), BS_APART(const V, point_in, 2), BS_APART(const V, direction_in, 2))
 {
   const V point_e1 = point_in[0];
   const V point_e2 = point_in[1];
@@ -120,7 +120,7 @@ BS_INLINE void FN(cga2d_line_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT s
 }
 
 /* cga2d_line_through_euclidean_euclidean: A ^ B ^ n_inf, normalized; from a to b. SINGULAR: a = b. 11 mul, 5 add, 18 other. */
-BS_INLINE void FN(cga2d_line_through_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga2d_line_through_euclidean_euclidean)(BS_APART(V, out, 3), BS_APART(V, status, 1), BS_APART(const V, a_in, 2), BS_APART(const V, b_in, 2))
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -157,7 +157,7 @@ BS_INLINE void FN(cga2d_line_through_euclidean_euclidean)(V *RESTRICT out, V *RE
 }
 
 /* cga2d_circle_through_euclidean_euclidean_euclidean: A ^ B ^ C, normalized. SINGULAR: the points are on a line. 48 mul, 22 add, 19 other. */
-BS_INLINE void FN(cga2d_circle_through_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in)
+BS_INLINE void FN(cga2d_circle_through_euclidean_euclidean_euclidean)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, a_in, 2), BS_APART(const V, b_in, 2), BS_APART(const V, c_in, 2))
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -213,7 +213,7 @@ BS_INLINE void FN(cga2d_circle_through_euclidean_euclidean_euclidean)(V *RESTRIC
 }
 
 /* cga2d_point_parameters_point: Position of a point of any weight. SINGULAR: it is at infinity. 2 mul, 0 add, 7 other. */
-BS_INLINE void FN(cga2d_point_parameters_point)(V *RESTRICT position, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_point_parameters_point)(BS_APART(V, position, 2), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -231,7 +231,7 @@ BS_INLINE void FN(cga2d_point_parameters_point)(V *RESTRICT position, V *RESTRIC
 }
 
 /* cga2d_sphere_parameters_circle: Center, positive radius and orientation (+1 outward) of a unit sphere. SINGULAR: it is a plane. 2 mul, 0 add, 10 other. */
-BS_INLINE void FN(cga2d_sphere_parameters_circle)(V *RESTRICT center, V *RESTRICT radius, V *RESTRICT orientation, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_sphere_parameters_circle)(BS_APART(V, center, 2), BS_APART(V, radius, 1), BS_APART(V, orientation, 1), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e12no = x_in[0];
   const V x_e1noni = x_in[2];
@@ -254,7 +254,7 @@ BS_INLINE void FN(cga2d_sphere_parameters_circle)(V *RESTRICT center, V *RESTRIC
 }
 
 /* cga2d_point_pair_parameters_point_pair: End points a and b of a unit point pair A ^ B. SINGULAR: it is a flat point. 10 mul, 7 add, 7 other. */
-BS_INLINE void FN(cga2d_point_pair_parameters_point_pair)(V *RESTRICT a, V *RESTRICT b, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_point_pair_parameters_point_pair)(BS_APART(V, a, 2), BS_APART(V, b, 2), BS_APART(V, status, 1), BS_APART(const V, x_in, 6))
 {
   const V x_e12 = x_in[0];
   const V x_e1no = x_in[1];
@@ -281,7 +281,8 @@ BS_INLINE void FN(cga2d_point_pair_parameters_point_pair)(V *RESTRICT a, V *REST
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

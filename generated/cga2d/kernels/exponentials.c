@@ -7,7 +7,7 @@
 #include "elementary.h"
 
 /* cga2d_exp_bivector_twist: exp(b) = cos s + S b + q (S + b (S - cos s)/s^2)/2, where b^2 = -s^2 + q and S = sin(s)/s. 5 mul, 1 add, 10 other. */
-BS_INLINE void FN(cga2d_exp_bivector_twist)(V *RESTRICT out, const V *RESTRICT b_in)
+BS_INLINE void FN(cga2d_exp_bivector_twist)(BS_APART(V, out, 4), BS_APART(const V, b_in, 3))
 {
   const V b_e12 = b_in[0];
   const V b_e1ni = b_in[1];
@@ -30,7 +30,7 @@ BS_INLINE void FN(cga2d_exp_bivector_twist)(V *RESTRICT out, const V *RESTRICT b
 }
 
 /* cga2d_log_motor_motor: The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 16 mul, 9 add, 42 other. */
-BS_INLINE void FN(cga2d_log_motor_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga2d_log_motor_motor)(BS_APART(V, out, 3), BS_APART(V, status, 1), BS_APART(const V, r_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -90,7 +90,7 @@ BS_INLINE void FN(cga2d_log_motor_motor)(V *RESTRICT out, V *RESTRICT status, co
 }
 
 /* cga2d_sqrt_motor_motor: exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 22 mul, 11 add, 44 other. */
-BS_INLINE void FN(cga2d_sqrt_motor_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga2d_sqrt_motor_motor)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, r_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -153,7 +153,8 @@ BS_INLINE void FN(cga2d_sqrt_motor_motor)(V *RESTRICT out, V *RESTRICT status, c
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -10,7 +10,7 @@ bladesmith loads this text once per precision, with K the type of its constants,
 # ruff: noqa: E501, I001
 import numpy as np
 
-from bladesmith.templates.numba.elementary import atan2, cos, sin
+from bladesmith.codegen.elementary.functions import atan2, cos, sin
 from bladesmith.templates.numba.rows import BLOCK, load, select, store
 
 K = np.float64

@@ -7,7 +7,7 @@
 #include "elementary.h"
 
 /* cga2d_exp_bivector_bivector: exp(B) = (C1 + S1 B1) (C2 + S2 B2) with C = cosh(sqrt l), S = sinh(sqrt l)/sqrt l, for any signs of l1, l2. 70 mul, 33 add, 53 other. */
-BS_INLINE void FN(cga2d_exp_bivector_bivector)(V *RESTRICT out, const V *RESTRICT b_in)
+BS_INLINE void FN(cga2d_exp_bivector_bivector)(BS_APART(V, out, 8), BS_APART(const V, b_in, 6))
 {
   const V b_e12 = b_in[0];
   const V b_e1no = b_in[1];
@@ -98,7 +98,7 @@ BS_INLINE void FN(cga2d_exp_bivector_bivector)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga2d_log_rotor_even: The b with exp(b) = r, for any unit rotor r; the angle of its rotation is in [0, 2 pi). 426 mul, 268 add, 272 other. */
-BS_INLINE void FN(cga2d_log_rotor_even)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga2d_log_rotor_even)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -508,7 +508,7 @@ BS_INLINE void FN(cga2d_log_rotor_even)(V *RESTRICT out, V *RESTRICT status, con
 }
 
 /* cga2d_sqrt_rotor_even: exp(log(r)/2), with the statuses of `log_rotor`: half angles of both parts, without functions of angles. 449 mul, 276 add, 239 other. */
-BS_INLINE void FN(cga2d_sqrt_rotor_even)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga2d_sqrt_rotor_even)(BS_APART(V, out, 8), BS_APART(V, status, 1), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -904,7 +904,8 @@ BS_INLINE void FN(cga2d_sqrt_rotor_even)(V *RESTRICT out, V *RESTRICT status, co
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -7,7 +7,7 @@
 #include "elementary.h"
 
 /* cga2d_translator_euclidean: 1 - t n/2: translation by the vector t. 2 mul, 0 add. */
-BS_INLINE void FN(cga2d_translator_euclidean)(V *RESTRICT out, const V *RESTRICT t_in)
+BS_INLINE void FN(cga2d_translator_euclidean)(BS_APART(V, out, 4), BS_APART(const V, t_in, 2))
 {
   const V t_e1 = t_in[0];
   const V t_e2 = t_in[1];
@@ -18,7 +18,7 @@ BS_INLINE void FN(cga2d_translator_euclidean)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* cga2d_planar_rotor_number_euclidean: Rotation of the plane about a point, counter-clockwise from e1 to e2. 3 mul, 0 add, 2 other. */
-BS_INLINE void FN(cga2d_planar_rotor_number_euclidean)(V *RESTRICT out, const V *RESTRICT angle_in, const V *RESTRICT point_in)
+BS_INLINE void FN(cga2d_planar_rotor_number_euclidean)(BS_APART(V, out, 4), BS_APART(const V, angle_in, 1), BS_APART(const V, point_in, 2))
 {
   const V angle_s = angle_in[0];
   const V point_e1 = point_in[0];
@@ -33,7 +33,7 @@ BS_INLINE void FN(cga2d_planar_rotor_number_euclidean)(V *RESTRICT out, const V 
 }
 
 /* cga2d_motor_to_matrix_motor: The homogeneous matrix of a unit motor, row by row: rotation columns r e_k ~r, then the translation. 11 mul, 3 add. */
-BS_INLINE void FN(cga2d_motor_to_matrix_motor)(V *RESTRICT matrix, const V *RESTRICT r_in)
+BS_INLINE void FN(cga2d_motor_to_matrix_motor)(BS_APART(V, matrix, 9), BS_APART(const V, r_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga2d_geometric_multivector_multivector: Geometric product x y. 160 mul, 168 add. */
-BS_INLINE void FN(cga2d_geometric_multivector_multivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga2d_geometric_multivector_multivector)(BS_APART(V, out, 16), BS_APART(const V, x_in, 16), BS_APART(const V, y_in, 16))
 {
   const V x_s = x_in[0];
   const V x_e1 = x_in[1];
@@ -99,7 +99,7 @@ BS_INLINE void FN(cga2d_geometric_multivector_multivector)(V *RESTRICT out, cons
 }
 
 /* cga2d_geometric_motor_motor: Geometric product x y. 12 mul, 8 add. */
-BS_INLINE void FN(cga2d_geometric_motor_motor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga2d_geometric_motor_motor)(BS_APART(V, out, 4), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -116,7 +116,7 @@ BS_INLINE void FN(cga2d_geometric_motor_motor)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga2d_outer_multivector_multivector: Outer product x ^ y. 81 mul, 65 add. */
-BS_INLINE void FN(cga2d_outer_multivector_multivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga2d_outer_multivector_multivector)(BS_APART(V, out, 16), BS_APART(const V, x_in, 16), BS_APART(const V, y_in, 16))
 {
   const V x_s = x_in[0];
   const V x_e1 = x_in[1];
@@ -174,7 +174,7 @@ BS_INLINE void FN(cga2d_outer_multivector_multivector)(V *RESTRICT out, const V 
 }
 
 /* cga2d_outer_vector_vector: Outer product x ^ y. 12 mul, 6 add. */
-BS_INLINE void FN(cga2d_outer_vector_vector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga2d_outer_vector_vector)(BS_APART(V, out, 6), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -193,7 +193,7 @@ BS_INLINE void FN(cga2d_outer_vector_vector)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* cga2d_outer_bivector_vector: Outer product x ^ y. 12 mul, 8 add. */
-BS_INLINE void FN(cga2d_outer_bivector_vector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga2d_outer_bivector_vector)(BS_APART(V, out, 4), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 4))
 {
   const V x_e12 = x_in[0];
   const V x_e1no = x_in[1];
@@ -212,7 +212,7 @@ BS_INLINE void FN(cga2d_outer_bivector_vector)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga2d_inner_multivector_multivector: Inner product of thesis 1.2.2, zero with scalars. 103 mul, 100 add. */
-BS_INLINE void FN(cga2d_inner_multivector_multivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga2d_inner_multivector_multivector)(BS_APART(V, out, 15), BS_APART(const V, x_in, 16), BS_APART(const V, y_in, 16))
 {
   const V x_e1 = x_in[1];
   const V x_e2 = x_in[2];
@@ -273,7 +273,7 @@ BS_INLINE void FN(cga2d_inner_multivector_multivector)(V *RESTRICT out, const V 
 }
 
 /* cga2d_regressive_line_line: Regressive product x & y: the meet in CGA, the join in PGA. 6 mul, 3 add. */
-BS_INLINE void FN(cga2d_regressive_line_line)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga2d_regressive_line_line)(BS_APART(V, out, 3), BS_APART(const V, x_in, 3), BS_APART(const V, y_in, 3))
 {
   const V x_e12ni = x_in[0];
   const V x_e1noni = x_in[1];
@@ -287,7 +287,7 @@ BS_INLINE void FN(cga2d_regressive_line_line)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* cga2d_regressive_line_circle: Regressive product x & y: the meet in CGA, the join in PGA. 9 mul, 3 add. */
-BS_INLINE void FN(cga2d_regressive_line_circle)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga2d_regressive_line_circle)(BS_APART(V, out, 6), BS_APART(const V, x_in, 3), BS_APART(const V, y_in, 4))
 {
   const V x_e12ni = x_in[0];
   const V x_e1noni = x_in[1];
@@ -305,7 +305,7 @@ BS_INLINE void FN(cga2d_regressive_line_circle)(V *RESTRICT out, const V *RESTRI
 }
 
 /* cga2d_regressive_circle_circle: Regressive product x & y: the meet in CGA, the join in PGA. 12 mul, 6 add. */
-BS_INLINE void FN(cga2d_regressive_circle_circle)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga2d_regressive_circle_circle)(BS_APART(V, out, 6), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_e12no = x_in[0];
   const V x_e12ni = x_in[1];
@@ -324,7 +324,7 @@ BS_INLINE void FN(cga2d_regressive_circle_circle)(V *RESTRICT out, const V *REST
 }
 
 /* cga2d_sandwich_motor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 13 mul, 10 add. */
-BS_INLINE void FN(cga2d_sandwich_motor_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_sandwich_motor_point)(BS_APART(V, out, 4), BS_APART(const V, r_in, 4), BS_APART(const V, x_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -342,7 +342,7 @@ BS_INLINE void FN(cga2d_sandwich_motor_point)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* cga2d_sandwich_motor_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 11 mul, 6 add. */
-BS_INLINE void FN(cga2d_sandwich_motor_line)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_sandwich_motor_line)(BS_APART(V, out, 3), BS_APART(const V, r_in, 4), BS_APART(const V, x_in, 3))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -359,7 +359,7 @@ BS_INLINE void FN(cga2d_sandwich_motor_line)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* cga2d_sandwich_motor_circle: r x ~r: what a rotor does to an object (thesis 1.2.6). 15 mul, 10 add. */
-BS_INLINE void FN(cga2d_sandwich_motor_circle)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_sandwich_motor_circle)(BS_APART(V, out, 4), BS_APART(const V, r_in, 4), BS_APART(const V, x_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -380,7 +380,7 @@ BS_INLINE void FN(cga2d_sandwich_motor_circle)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga2d_sandwich_motor_point_pair: r x ~r: what a rotor does to an object (thesis 1.2.6). 35 mul, 20 add. */
-BS_INLINE void FN(cga2d_sandwich_motor_point_pair)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_sandwich_motor_point_pair)(BS_APART(V, out, 6), BS_APART(const V, r_in, 4), BS_APART(const V, x_in, 6))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga2d_normalise_vector: x over its norm; null multivectors (a point, for one) are singular. 11 mul, 4 add, 12 other. */
-BS_INLINE void FN(cga2d_normalise_vector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_normalise_vector)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -35,7 +35,7 @@ BS_INLINE void FN(cga2d_normalise_vector)(V *RESTRICT out, V *RESTRICT status, c
 }
 
 /* cga2d_normalise_bivector: x over its norm; null multivectors (a point, for one) are singular. 14 mul, 6 add, 13 other. */
-BS_INLINE void FN(cga2d_normalise_bivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_normalise_bivector)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x_in, 6))
 {
   const V x_e12 = x_in[0];
   const V x_e1no = x_in[1];
@@ -70,7 +70,7 @@ BS_INLINE void FN(cga2d_normalise_bivector)(V *RESTRICT out, V *RESTRICT status,
 }
 
 /* cga2d_normalise_trivector: x over its norm; null multivectors (a point, for one) are singular. 11 mul, 4 add, 12 other. */
-BS_INLINE void FN(cga2d_normalise_trivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_normalise_trivector)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e12no = x_in[0];
   const V x_e12ni = x_in[1];
@@ -99,7 +99,7 @@ BS_INLINE void FN(cga2d_normalise_trivector)(V *RESTRICT out, V *RESTRICT status
 }
 
 /* cga2d_normalise_flat_any_motor: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 9 mul, 2 add, 12 other. */
-BS_INLINE void FN(cga2d_normalise_flat_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_normalise_flat_any_motor)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -129,7 +129,7 @@ BS_INLINE void FN(cga2d_normalise_flat_any_motor)(V *RESTRICT out, V *RESTRICT s
 }
 
 /* cga2d_normalise_flat_any_line: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 8 mul, 2 add, 12 other. */
-BS_INLINE void FN(cga2d_normalise_flat_any_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_normalise_flat_any_line)(BS_APART(V, out, 3), BS_APART(V, status, 1), BS_APART(const V, x_in, 3))
 {
   const V x_e12ni = x_in[0];
   const V x_e1noni = x_in[1];
@@ -157,7 +157,7 @@ BS_INLINE void FN(cga2d_normalise_flat_any_line)(V *RESTRICT out, V *RESTRICT st
 }
 
 /* cga2d_normalise_flat_any_circle: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 12 mul, 4 add, 13 other. */
-BS_INLINE void FN(cga2d_normalise_flat_any_circle)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga2d_normalise_flat_any_circle)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e12no = x_in[0];
   const V x_e12ni = x_in[1];
@@ -190,7 +190,8 @@ BS_INLINE void FN(cga2d_normalise_flat_any_circle)(V *RESTRICT out, V *RESTRICT 
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

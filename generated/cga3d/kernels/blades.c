@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_project_sum_any_point_any_point: S x for a sum x; ``written`` are the sums of the absolute values of its terms, the scale of its rounding errors. 18 mul, 12 add, 29 other. */
-BS_INLINE void FN(cga3d_project_sum_any_point_any_point)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT written_in)
+BS_INLINE void FN(cga3d_project_sum_any_point_any_point)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x_in, 5), BS_APART(const V, written_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -62,7 +62,7 @@ BS_INLINE void FN(cga3d_project_sum_any_point_any_point)(V *RESTRICT out, V *RES
 }
 
 /* cga3d_project_sum_any_point_pair_any_point_pair: S x for a sum x; ``written`` are the sums of the absolute values of its terms, the scale of its rounding errors. 137 mul, 98 add, 70 other. */
-BS_INLINE void FN(cga3d_project_sum_any_point_pair_any_point_pair)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT written_in)
+BS_INLINE void FN(cga3d_project_sum_any_point_pair_any_point_pair)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x_in, 10), BS_APART(const V, written_in, 10))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -205,7 +205,7 @@ BS_INLINE void FN(cga3d_project_sum_any_point_pair_any_point_pair)(V *RESTRICT o
 }
 
 /* cga3d_project_sum_any_line_any_line: S x for a sum x; ``written`` are the sums of the absolute values of its terms, the scale of its rounding errors. 26 mul, 22 add, 34 other. */
-BS_INLINE void FN(cga3d_project_sum_any_line_any_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT written_in)
+BS_INLINE void FN(cga3d_project_sum_any_line_any_line)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x_in, 6), BS_APART(const V, written_in, 6))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -274,7 +274,7 @@ BS_INLINE void FN(cga3d_project_sum_any_line_any_line)(V *RESTRICT out, V *RESTR
 }
 
 /* cga3d_project_sum_any_circle_any_circle: S x for a sum x; ``written`` are the sums of the absolute values of its terms, the scale of its rounding errors. 137 mul, 98 add, 70 other. */
-BS_INLINE void FN(cga3d_project_sum_any_circle_any_circle)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT written_in)
+BS_INLINE void FN(cga3d_project_sum_any_circle_any_circle)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x_in, 10), BS_APART(const V, written_in, 10))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -417,7 +417,7 @@ BS_INLINE void FN(cga3d_project_sum_any_circle_any_circle)(V *RESTRICT out, V *R
 }
 
 /* cga3d_project_sum_any_plane_any_plane: S x for a sum x; ``written`` are the sums of the absolute values of its terms, the scale of its rounding errors. 13 mul, 13 add, 29 other. */
-BS_INLINE void FN(cga3d_project_sum_any_plane_any_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT written_in)
+BS_INLINE void FN(cga3d_project_sum_any_plane_any_plane)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4), BS_APART(const V, written_in, 4))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -474,7 +474,7 @@ BS_INLINE void FN(cga3d_project_sum_any_plane_any_plane)(V *RESTRICT out, V *RES
 }
 
 /* cga3d_project_sum_any_sphere_any_sphere: S x for a sum x; ``written`` are the sums of the absolute values of its terms, the scale of its rounding errors. 22 mul, 19 add, 33 other. */
-BS_INLINE void FN(cga3d_project_sum_any_sphere_any_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT written_in)
+BS_INLINE void FN(cga3d_project_sum_any_sphere_any_sphere)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x_in, 5), BS_APART(const V, written_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -541,7 +541,7 @@ BS_INLINE void FN(cga3d_project_sum_any_sphere_any_sphere)(V *RESTRICT out, V *R
 }
 
 /* cga3d_project_rate_any_point_any_point: Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 32 mul, 18 add, 27 other. */
-BS_INLINE void FN(cga3d_project_rate_any_point_any_point)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT dx_in)
+BS_INLINE void FN(cga3d_project_rate_any_point_any_point)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 5), BS_APART(const V, dx_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -597,7 +597,7 @@ BS_INLINE void FN(cga3d_project_rate_any_point_any_point)(V *RESTRICT out, V *RE
 }
 
 /* cga3d_project_rate_any_point_pair_any_point_pair: Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 304 mul, 176 add, 64 other. */
-BS_INLINE void FN(cga3d_project_rate_any_point_pair_any_point_pair)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT dx_in)
+BS_INLINE void FN(cga3d_project_rate_any_point_pair_any_point_pair)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x_in, 10), BS_APART(const V, dx_in, 10))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -770,7 +770,7 @@ BS_INLINE void FN(cga3d_project_rate_any_point_pair_any_point_pair)(V *RESTRICT 
 }
 
 /* cga3d_project_rate_any_line_any_line: Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 52 mul, 38 add, 31 other. */
-BS_INLINE void FN(cga3d_project_rate_any_line_any_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT dx_in)
+BS_INLINE void FN(cga3d_project_rate_any_line_any_line)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x_in, 6), BS_APART(const V, dx_in, 6))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -845,7 +845,7 @@ BS_INLINE void FN(cga3d_project_rate_any_line_any_line)(V *RESTRICT out, V *REST
 }
 
 /* cga3d_project_rate_any_circle_any_circle: Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 304 mul, 176 add, 64 other. */
-BS_INLINE void FN(cga3d_project_rate_any_circle_any_circle)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT dx_in)
+BS_INLINE void FN(cga3d_project_rate_any_circle_any_circle)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x_in, 10), BS_APART(const V, dx_in, 10))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -1018,7 +1018,7 @@ BS_INLINE void FN(cga3d_project_rate_any_circle_any_circle)(V *RESTRICT out, V *
 }
 
 /* cga3d_project_rate_any_plane_any_plane: Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 23 mul, 17 add, 26 other. */
-BS_INLINE void FN(cga3d_project_rate_any_plane_any_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT dx_in)
+BS_INLINE void FN(cga3d_project_rate_any_plane_any_plane)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4), BS_APART(const V, dx_in, 4))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -1074,7 +1074,7 @@ BS_INLINE void FN(cga3d_project_rate_any_plane_any_plane)(V *RESTRICT out, V *RE
 }
 
 /* cga3d_project_rate_any_sphere_any_sphere: Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 31 mul, 24 add, 28 other. */
-BS_INLINE void FN(cga3d_project_rate_any_sphere_any_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT dx_in)
+BS_INLINE void FN(cga3d_project_rate_any_sphere_any_sphere)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x_in, 5), BS_APART(const V, dx_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -1136,7 +1136,7 @@ BS_INLINE void FN(cga3d_project_rate_any_sphere_any_sphere)(V *RESTRICT out, V *
 }
 
 /* cga3d_project_far_sum_any_point_pair_any_point_pair_number: `project_sum` in coordinates about a local origin: ``distance`` is how far away the terms were given. 139 mul, 100 add, 70 other. */
-BS_INLINE void FN(cga3d_project_far_sum_any_point_pair_any_point_pair_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT written_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_project_far_sum_any_point_pair_any_point_pair_number)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x_in, 10), BS_APART(const V, written_in, 10), BS_APART(const V, distance_in, 1))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -1282,7 +1282,7 @@ BS_INLINE void FN(cga3d_project_far_sum_any_point_pair_any_point_pair_number)(V 
 }
 
 /* cga3d_project_far_sum_any_line_any_line_number: `project_sum` in coordinates about a local origin: ``distance`` is how far away the terms were given. 26 mul, 22 add, 34 other. */
-BS_INLINE void FN(cga3d_project_far_sum_any_line_any_line_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT written_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_project_far_sum_any_line_any_line_number)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x_in, 6), BS_APART(const V, written_in, 6), BS_APART(const V, distance_in, 1))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -1352,7 +1352,7 @@ BS_INLINE void FN(cga3d_project_far_sum_any_line_any_line_number)(V *RESTRICT ou
 }
 
 /* cga3d_project_far_sum_any_circle_any_circle_number: `project_sum` in coordinates about a local origin: ``distance`` is how far away the terms were given. 139 mul, 100 add, 70 other. */
-BS_INLINE void FN(cga3d_project_far_sum_any_circle_any_circle_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT written_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_project_far_sum_any_circle_any_circle_number)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x_in, 10), BS_APART(const V, written_in, 10), BS_APART(const V, distance_in, 1))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -1498,7 +1498,7 @@ BS_INLINE void FN(cga3d_project_far_sum_any_circle_any_circle_number)(V *RESTRIC
 }
 
 /* cga3d_project_far_sum_any_plane_any_plane_number: `project_sum` in coordinates about a local origin: ``distance`` is how far away the terms were given. 13 mul, 13 add, 29 other. */
-BS_INLINE void FN(cga3d_project_far_sum_any_plane_any_plane_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT written_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_project_far_sum_any_plane_any_plane_number)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4), BS_APART(const V, written_in, 4), BS_APART(const V, distance_in, 1))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -1556,7 +1556,7 @@ BS_INLINE void FN(cga3d_project_far_sum_any_plane_any_plane_number)(V *RESTRICT 
 }
 
 /* cga3d_project_far_sum_any_sphere_any_sphere_number: `project_sum` in coordinates about a local origin: ``distance`` is how far away the terms were given. 23 mul, 21 add, 33 other. */
-BS_INLINE void FN(cga3d_project_far_sum_any_sphere_any_sphere_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT written_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_project_far_sum_any_sphere_any_sphere_number)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x_in, 5), BS_APART(const V, written_in, 5), BS_APART(const V, distance_in, 1))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -1626,7 +1626,8 @@ BS_INLINE void FN(cga3d_project_far_sum_any_sphere_any_sphere_number)(V *RESTRIC
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_invariants_vector: Eight numbers of a multivector of one grade. 15 mul, 13 add, 18 other. */
-BS_INLINE void FN(cga3d_invariants_vector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_invariants_vector)(BS_APART(V, invariants, 8), BS_APART(const V, x_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -51,7 +51,7 @@ BS_INLINE void FN(cga3d_invariants_vector)(V *RESTRICT invariants, const V *REST
 }
 
 /* cga3d_invariants_bivector: Eight numbers of a multivector of one grade. 38 mul, 43 add, 33 other. */
-BS_INLINE void FN(cga3d_invariants_bivector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_invariants_bivector)(BS_APART(V, invariants, 8), BS_APART(const V, x_in, 10))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -123,7 +123,7 @@ BS_INLINE void FN(cga3d_invariants_bivector)(V *RESTRICT invariants, const V *RE
 }
 
 /* cga3d_invariants_trivector: Eight numbers of a multivector of one grade. 38 mul, 43 add, 33 other. */
-BS_INLINE void FN(cga3d_invariants_trivector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_invariants_trivector)(BS_APART(V, invariants, 8), BS_APART(const V, x_in, 10))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -195,7 +195,7 @@ BS_INLINE void FN(cga3d_invariants_trivector)(V *RESTRICT invariants, const V *R
 }
 
 /* cga3d_invariants_quadvector: Eight numbers of a multivector of one grade. 15 mul, 14 add, 18 other. */
-BS_INLINE void FN(cga3d_invariants_quadvector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_invariants_quadvector)(BS_APART(V, invariants, 8), BS_APART(const V, x_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];

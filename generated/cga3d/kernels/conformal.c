@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_point_euclidean: X = x^2/2 n_inf + x + n0. 4 mul, 2 add. */
-BS_INLINE void FN(cga3d_point_euclidean)(V *RESTRICT out, const V *RESTRICT position_in)
+BS_INLINE void FN(cga3d_point_euclidean)(BS_APART(V, out, 5), BS_APART(const V, position_in, 3))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -20,7 +20,7 @@ BS_INLINE void FN(cga3d_point_euclidean)(V *RESTRICT out, const V *RESTRICT posi
 }
 
 /* cga3d_direction_euclidean: v ^ n_inf, not normalized. 0 mul, 0 add. */
-BS_INLINE void FN(cga3d_direction_euclidean)(V *RESTRICT out, const V *RESTRICT vector_in)
+BS_INLINE void FN(cga3d_direction_euclidean)(BS_APART(V, out, 3), BS_APART(const V, vector_in, 3))
 {
   const V vector_e1 = vector_in[0];
   const V vector_e2 = vector_in[1];
@@ -31,7 +31,7 @@ BS_INLINE void FN(cga3d_direction_euclidean)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* cga3d_flat_point_euclidean: (x + n0) ^ n_inf. 0 mul, 0 add. */
-BS_INLINE void FN(cga3d_flat_point_euclidean)(V *RESTRICT out, const V *RESTRICT position_in)
+BS_INLINE void FN(cga3d_flat_point_euclidean)(BS_APART(V, out, 4), BS_APART(const V, position_in, 3))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -43,7 +43,7 @@ BS_INLINE void FN(cga3d_flat_point_euclidean)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* cga3d_point_pair_euclidean_euclidean: A ^ B, normalized; from a to b. SINGULAR: a = b. 53 mul, 21 add, 21 other. */
-BS_INLINE void FN(cga3d_point_pair_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_point_pair_euclidean_euclidean)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, a_in, 3), BS_APART(const V, b_in, 3))
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -103,7 +103,7 @@ BS_INLINE void FN(cga3d_point_pair_euclidean_euclidean)(V *RESTRICT out, V *REST
 }
 
 /* cga3d_line_euclidean_euclidean: Line through a point along a direction. INVALID: the direction is zero. 18 mul, 7 add, 20 other. */
-BS_INLINE void FN(cga3d_line_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT point_in, const V *RESTRICT direction_in)
+BS_INLINE void FN(cga3d_line_euclidean_euclidean)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, point_in, 3), BS_APART(const V, direction_in, 3))
 {
   const V point_e1 = point_in[0];
   const V point_e2 = point_in[1];
@@ -146,7 +146,7 @@ BS_INLINE void FN(cga3d_line_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT s
 }
 
 /* cga3d_line_through_euclidean_euclidean: A ^ B ^ n_inf, normalized; from a to b. SINGULAR: a = b. 18 mul, 10 add, 20 other. */
-BS_INLINE void FN(cga3d_line_through_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_line_through_euclidean_euclidean)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, a_in, 3), BS_APART(const V, b_in, 3))
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -192,7 +192,7 @@ BS_INLINE void FN(cga3d_line_through_euclidean_euclidean)(V *RESTRICT out, V *RE
 }
 
 /* cga3d_circle_euclidean_euclidean_number: Circle counter-clockwise about its normal: plane v sphere. INVALID: zero normal, or no positive radius. 41 mul, 15 add, 24 other. */
-BS_INLINE void FN(cga3d_circle_euclidean_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT center_in, const V *RESTRICT normal_in, const V *RESTRICT radius_in)
+BS_INLINE void FN(cga3d_circle_euclidean_euclidean_number)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, center_in, 3), BS_APART(const V, normal_in, 3), BS_APART(const V, radius_in, 1))
 {
   const V center_e1 = center_in[0];
   const V center_e2 = center_in[1];
@@ -250,7 +250,7 @@ BS_INLINE void FN(cga3d_circle_euclidean_euclidean_number)(V *RESTRICT out, V *R
 }
 
 /* cga3d_circle_through_euclidean_euclidean_euclidean: A ^ B ^ C, normalized. SINGULAR: the points are on a line. 91 mul, 48 add, 23 other. */
-BS_INLINE void FN(cga3d_circle_through_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in)
+BS_INLINE void FN(cga3d_circle_through_euclidean_euclidean_euclidean)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, a_in, 3), BS_APART(const V, b_in, 3), BS_APART(const V, c_in, 3))
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -333,7 +333,7 @@ BS_INLINE void FN(cga3d_circle_through_euclidean_euclidean_euclidean)(V *RESTRIC
 }
 
 /* cga3d_plane_euclidean_number: Plane normal . x = offset; the normal need not be unit. INVALID: it is zero. 13 mul, 4 add, 20 other. */
-BS_INLINE void FN(cga3d_plane_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT normal_in, const V *RESTRICT offset_in)
+BS_INLINE void FN(cga3d_plane_euclidean_number)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, normal_in, 3), BS_APART(const V, offset_in, 1))
 {
   const V normal_e1 = normal_in[0];
   const V normal_e2 = normal_in[1];
@@ -370,7 +370,7 @@ BS_INLINE void FN(cga3d_plane_euclidean_number)(V *RESTRICT out, V *RESTRICT sta
 }
 
 /* cga3d_plane_through_euclidean_euclidean_euclidean: A ^ B ^ C ^ n_inf, normalized. SINGULAR: the points are on a line. 27 mul, 18 add, 23 other. */
-BS_INLINE void FN(cga3d_plane_through_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in)
+BS_INLINE void FN(cga3d_plane_through_euclidean_euclidean_euclidean)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, a_in, 3), BS_APART(const V, b_in, 3), BS_APART(const V, c_in, 3))
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -425,7 +425,7 @@ BS_INLINE void FN(cga3d_plane_through_euclidean_euclidean_euclidean)(V *RESTRICT
 }
 
 /* cga3d_sphere_euclidean_number: Outward sphere (in the plane: circle). INVALID: the radius is not positive. 9 mul, 3 add, 6 other. */
-BS_INLINE void FN(cga3d_sphere_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT center_in, const V *RESTRICT radius_in)
+BS_INLINE void FN(cga3d_sphere_euclidean_number)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, center_in, 3), BS_APART(const V, radius_in, 1))
 {
   const V center_e1 = center_in[0];
   const V center_e2 = center_in[1];
@@ -447,7 +447,7 @@ BS_INLINE void FN(cga3d_sphere_euclidean_number)(V *RESTRICT out, V *RESTRICT st
 }
 
 /* cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean: A ^ B ^ C ^ D, normalized, in the orientation of the points. SINGULAR: they are on a circle. 100 mul, 59 add, 36 other. */
-BS_INLINE void FN(cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in, const V *RESTRICT d_in)
+BS_INLINE void FN(cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, a_in, 3), BS_APART(const V, b_in, 3), BS_APART(const V, c_in, 3), BS_APART(const V, d_in, 3))
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -545,7 +545,7 @@ BS_INLINE void FN(cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean)(
 }
 
 /* cga3d_dilator_number: cosh(g/2) - sinh(g/2) E0 with g = ln(scale): scaling about the origin. INVALID: the scale is not positive. 3 mul, 2 add, 7 other. */
-BS_INLINE void FN(cga3d_dilator_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT scale_in)
+BS_INLINE void FN(cga3d_dilator_number)(BS_APART(V, out, 2), BS_APART(V, status, 1), BS_APART(const V, scale_in, 1))
 {
   const V scale_s = scale_in[0];
   const M t0 = LT(SPLAT(0.0), scale_s);
@@ -561,7 +561,7 @@ BS_INLINE void FN(cga3d_dilator_number)(V *RESTRICT out, V *RESTRICT status, con
 }
 
 /* cga3d_homothety_number_euclidean: Scaling about a center. 6 mul, 2 add, 7 other. */
-BS_INLINE void FN(cga3d_homothety_number_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT scale_in, const V *RESTRICT center_in)
+BS_INLINE void FN(cga3d_homothety_number_euclidean)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, scale_in, 1), BS_APART(const V, center_in, 3))
 {
   const V scale_s = scale_in[0];
   const V center_e1 = center_in[0];
@@ -584,7 +584,7 @@ BS_INLINE void FN(cga3d_homothety_number_euclidean)(V *RESTRICT out, V *RESTRICT
 }
 
 /* cga3d_transversor_euclidean: 1 - t n0: inversion in the unit sphere, translation by t, inversion; x -> (x + x^2 t)/(1 + 2 t.x + t^2 x^2). 0 mul, 0 add. */
-BS_INLINE void FN(cga3d_transversor_euclidean)(V *RESTRICT out, const V *RESTRICT t_in)
+BS_INLINE void FN(cga3d_transversor_euclidean)(BS_APART(V, out, 4), BS_APART(const V, t_in, 3))
 {
   const V t_e1 = t_in[0];
   const V t_e2 = t_in[1];
@@ -596,7 +596,7 @@ BS_INLINE void FN(cga3d_transversor_euclidean)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_point_parameters_point: Position of a point of any weight. SINGULAR: it is at infinity. 3 mul, 0 add, 7 other. */
-BS_INLINE void FN(cga3d_point_parameters_point)(V *RESTRICT position, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_point_parameters_point)(BS_APART(V, position, 3), BS_APART(V, status, 1), BS_APART(const V, x_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -616,7 +616,7 @@ BS_INLINE void FN(cga3d_point_parameters_point)(V *RESTRICT position, V *RESTRIC
 }
 
 /* cga3d_point_parameters_any_point: Position of a point of any weight. SINGULAR: it is at infinity. 3 mul, 0 add, 7 other. */
-BS_INLINE void FN(cga3d_point_parameters_any_point)(V *RESTRICT position, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_point_parameters_any_point)(BS_APART(V, position, 3), BS_APART(V, status, 1), BS_APART(const V, x_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -636,7 +636,7 @@ BS_INLINE void FN(cga3d_point_parameters_any_point)(V *RESTRICT position, V *RES
 }
 
 /* cga3d_direction_parameters_direction: The vector of v ^ n_inf. 0 mul, 0 add. */
-BS_INLINE void FN(cga3d_direction_parameters_direction)(V *RESTRICT vector, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_direction_parameters_direction)(BS_APART(V, vector, 3), BS_APART(const V, x_in, 3))
 {
   const V x_e1ni = x_in[0];
   const V x_e2ni = x_in[1];
@@ -647,7 +647,7 @@ BS_INLINE void FN(cga3d_direction_parameters_direction)(V *RESTRICT vector, cons
 }
 
 /* cga3d_flat_point_parameters_flat_point: Position of a flat point of any weight. SINGULAR: it is at infinity. 3 mul, 0 add, 7 other. */
-BS_INLINE void FN(cga3d_flat_point_parameters_flat_point)(V *RESTRICT position, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_flat_point_parameters_flat_point)(BS_APART(V, position, 3), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e1ni = x_in[0];
   const V x_e2ni = x_in[1];
@@ -667,7 +667,7 @@ BS_INLINE void FN(cga3d_flat_point_parameters_flat_point)(V *RESTRICT position, 
 }
 
 /* cga3d_point_pair_parameters_point_pair: End points a and b of a unit point pair A ^ B. SINGULAR: it is a flat point. 18 mul, 14 add, 7 other. */
-BS_INLINE void FN(cga3d_point_pair_parameters_point_pair)(V *RESTRICT a, V *RESTRICT b, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_point_pair_parameters_point_pair)(BS_APART(V, a, 3), BS_APART(V, b, 3), BS_APART(V, status, 1), BS_APART(const V, x_in, 10))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -700,7 +700,7 @@ BS_INLINE void FN(cga3d_point_pair_parameters_point_pair)(V *RESTRICT a, V *REST
 }
 
 /* cga3d_line_parameters_line: Point nearest the origin and unit direction of a unit line, from L* = m I3 + (p x m) n_inf. 6 mul, 3 add. */
-BS_INLINE void FN(cga3d_line_parameters_line)(V *RESTRICT point, V *RESTRICT direction, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_line_parameters_line)(BS_APART(V, point, 3), BS_APART(V, direction, 3), BS_APART(const V, x_in, 6))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -717,7 +717,7 @@ BS_INLINE void FN(cga3d_line_parameters_line)(V *RESTRICT point, V *RESTRICT dir
 }
 
 /* cga3d_circle_parameters_circle: Center, unit normal and radius of a unit circle. SINGULAR: it is a line. 18 mul, 8 add, 8 other. */
-BS_INLINE void FN(cga3d_circle_parameters_circle)(V *RESTRICT center, V *RESTRICT normal, V *RESTRICT radius, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_circle_parameters_circle)(BS_APART(V, center, 3), BS_APART(V, normal, 3), BS_APART(V, radius, 1), BS_APART(V, status, 1), BS_APART(const V, x_in, 10))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -746,7 +746,7 @@ BS_INLINE void FN(cga3d_circle_parameters_circle)(V *RESTRICT center, V *RESTRIC
 }
 
 /* cga3d_plane_parameters_plane: Unit normal and offset of a unit plane, from its dual n + d n_inf. 0 mul, 0 add. */
-BS_INLINE void FN(cga3d_plane_parameters_plane)(V *RESTRICT normal, V *RESTRICT offset, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_plane_parameters_plane)(BS_APART(V, normal, 3), BS_APART(V, offset, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -759,7 +759,7 @@ BS_INLINE void FN(cga3d_plane_parameters_plane)(V *RESTRICT normal, V *RESTRICT 
 }
 
 /* cga3d_sphere_parameters_sphere: Center, positive radius and orientation (+1 outward) of a unit sphere. SINGULAR: it is a plane. 3 mul, 0 add, 10 other. */
-BS_INLINE void FN(cga3d_sphere_parameters_sphere)(V *RESTRICT center, V *RESTRICT radius, V *RESTRICT orientation, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sphere_parameters_sphere)(BS_APART(V, center, 3), BS_APART(V, radius, 1), BS_APART(V, orientation, 1), BS_APART(V, status, 1), BS_APART(const V, x_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e12noni = x_in[2];
@@ -786,7 +786,8 @@ BS_INLINE void FN(cga3d_sphere_parameters_sphere)(V *RESTRICT center, V *RESTRIC
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_pair_cost_point_point: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 4 mul, 5 add. */
-BS_INLINE void FN(cga3d_pair_cost_point_point)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_pair_cost_point_point)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5))
 {
   const V x1_e1 = x1_in[0];
   const V x1_e2 = x1_in[1];
@@ -21,7 +21,7 @@ BS_INLINE void FN(cga3d_pair_cost_point_point)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_pair_cost_point_pair_point_pair: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 238 mul, 159 add, 21 other. */
-BS_INLINE void FN(cga3d_pair_cost_point_pair_point_pair)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_pair_cost_point_pair_point_pair)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e12 = x1_in[0];
   const V x1_e13 = x1_in[1];
@@ -138,7 +138,7 @@ BS_INLINE void FN(cga3d_pair_cost_point_pair_point_pair)(V *RESTRICT out, const 
 }
 
 /* cga3d_pair_cost_line_line: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 60 mul, 31 add, 8 other. */
-BS_INLINE void FN(cga3d_pair_cost_line_line)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_pair_cost_line_line)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6))
 {
   const V x1_e12ni = x1_in[0];
   const V x1_e13ni = x1_in[1];
@@ -183,7 +183,7 @@ BS_INLINE void FN(cga3d_pair_cost_line_line)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* cga3d_pair_cost_circle_circle: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 238 mul, 159 add, 21 other. */
-BS_INLINE void FN(cga3d_pair_cost_circle_circle)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_pair_cost_circle_circle)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -300,7 +300,7 @@ BS_INLINE void FN(cga3d_pair_cost_circle_circle)(V *RESTRICT out, const V *RESTR
 }
 
 /* cga3d_pair_cost_plane_plane: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 36 mul, 17 add, 10 other. */
-BS_INLINE void FN(cga3d_pair_cost_plane_plane)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_pair_cost_plane_plane)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 4), BS_APART(const V, x2_in, 4))
 {
   const V x1_e123ni = x1_in[0];
   const V x1_e12noni = x1_in[1];
@@ -335,7 +335,7 @@ BS_INLINE void FN(cga3d_pair_cost_plane_plane)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_pair_cost_sphere_sphere: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 63 mul, 45 add, 10 other. */
-BS_INLINE void FN(cga3d_pair_cost_sphere_sphere)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_pair_cost_sphere_sphere)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5))
 {
   const V x1_e123no = x1_in[0];
   const V x1_e123ni = x1_in[1];
@@ -386,7 +386,7 @@ BS_INLINE void FN(cga3d_pair_cost_sphere_sphere)(V *RESTRICT out, const V *RESTR
 }
 
 /* cga3d_aligned_cost_point_point: `pair_cost` of x1 and whichever of x2 and -x2 is turned the same way: objects without an orientation. 4 mul, 5 add. */
-BS_INLINE void FN(cga3d_aligned_cost_point_point)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_aligned_cost_point_point)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5))
 {
   const V x1_e1 = x1_in[0];
   const V x1_e2 = x1_in[1];
@@ -401,7 +401,7 @@ BS_INLINE void FN(cga3d_aligned_cost_point_point)(V *RESTRICT out, const V *REST
 }
 
 /* cga3d_aligned_cost_point_pair_point_pair: `pair_cost` of x1 and whichever of x2 and -x2 is turned the same way: objects without an orientation. 258 mul, 168 add, 23 other. */
-BS_INLINE void FN(cga3d_aligned_cost_point_pair_point_pair)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_aligned_cost_point_pair_point_pair)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e12 = x1_in[0];
   const V x1_e13 = x1_in[1];
@@ -531,7 +531,7 @@ BS_INLINE void FN(cga3d_aligned_cost_point_pair_point_pair)(V *RESTRICT out, con
 }
 
 /* cga3d_aligned_cost_line_line: `pair_cost` of x1 and whichever of x2 and -x2 is turned the same way: objects without an orientation. 69 mul, 33 add, 10 other. */
-BS_INLINE void FN(cga3d_aligned_cost_line_line)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_aligned_cost_line_line)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6))
 {
   const V x1_e12ni = x1_in[0];
   const V x1_e13ni = x1_in[1];
@@ -584,7 +584,7 @@ BS_INLINE void FN(cga3d_aligned_cost_line_line)(V *RESTRICT out, const V *RESTRI
 }
 
 /* cga3d_aligned_cost_circle_circle: `pair_cost` of x1 and whichever of x2 and -x2 is turned the same way: objects without an orientation. 258 mul, 168 add, 23 other. */
-BS_INLINE void FN(cga3d_aligned_cost_circle_circle)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_aligned_cost_circle_circle)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -714,7 +714,7 @@ BS_INLINE void FN(cga3d_aligned_cost_circle_circle)(V *RESTRICT out, const V *RE
 }
 
 /* cga3d_aligned_cost_plane_plane: `pair_cost` of x1 and whichever of x2 and -x2 is turned the same way: objects without an orientation. 43 mul, 19 add, 12 other. */
-BS_INLINE void FN(cga3d_aligned_cost_plane_plane)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_aligned_cost_plane_plane)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 4), BS_APART(const V, x2_in, 4))
 {
   const V x1_e123ni = x1_in[0];
   const V x1_e12noni = x1_in[1];
@@ -756,7 +756,7 @@ BS_INLINE void FN(cga3d_aligned_cost_plane_plane)(V *RESTRICT out, const V *REST
 }
 
 /* cga3d_aligned_cost_sphere_sphere: `pair_cost` of x1 and whichever of x2 and -x2 is turned the same way: objects without an orientation. 73 mul, 49 add, 12 other. */
-BS_INLINE void FN(cga3d_aligned_cost_sphere_sphere)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_aligned_cost_sphere_sphere)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5))
 {
   const V x1_e123no = x1_in[0];
   const V x1_e123ni = x1_in[1];
@@ -815,7 +815,7 @@ BS_INLINE void FN(cga3d_aligned_cost_sphere_sphere)(V *RESTRICT out, const V *RE
 }
 
 /* cga3d_pair_cost_thesis_point_point: `rotor_cost_thesis` of the rotor from x1 to x2. NaN unless `is_plain`. 4 mul, 5 add. */
-BS_INLINE void FN(cga3d_pair_cost_thesis_point_point)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_pair_cost_thesis_point_point)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5))
 {
   const V x1_e1 = x1_in[0];
   const V x1_e2 = x1_in[1];
@@ -830,7 +830,7 @@ BS_INLINE void FN(cga3d_pair_cost_thesis_point_point)(V *RESTRICT out, const V *
 }
 
 /* cga3d_pair_cost_thesis_point_pair_point_pair: `rotor_cost_thesis` of the rotor from x1 to x2. NaN unless `is_plain`. 213 mul, 133 add, 21 other. */
-BS_INLINE void FN(cga3d_pair_cost_thesis_point_pair_point_pair)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_pair_cost_thesis_point_pair_point_pair)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e12 = x1_in[0];
   const V x1_e13 = x1_in[1];
@@ -933,7 +933,7 @@ BS_INLINE void FN(cga3d_pair_cost_thesis_point_pair_point_pair)(V *RESTRICT out,
 }
 
 /* cga3d_pair_cost_thesis_line_line: `rotor_cost_thesis` of the rotor from x1 to x2. NaN unless `is_plain`. 59 mul, 31 add, 8 other. */
-BS_INLINE void FN(cga3d_pair_cost_thesis_line_line)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_pair_cost_thesis_line_line)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6))
 {
   const V x1_e12ni = x1_in[0];
   const V x1_e13ni = x1_in[1];
@@ -978,7 +978,7 @@ BS_INLINE void FN(cga3d_pair_cost_thesis_line_line)(V *RESTRICT out, const V *RE
 }
 
 /* cga3d_pair_cost_thesis_circle_circle: `rotor_cost_thesis` of the rotor from x1 to x2. NaN unless `is_plain`. 213 mul, 133 add, 21 other. */
-BS_INLINE void FN(cga3d_pair_cost_thesis_circle_circle)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_pair_cost_thesis_circle_circle)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -1081,7 +1081,7 @@ BS_INLINE void FN(cga3d_pair_cost_thesis_circle_circle)(V *RESTRICT out, const V
 }
 
 /* cga3d_pair_cost_thesis_plane_plane: `rotor_cost_thesis` of the rotor from x1 to x2. NaN unless `is_plain`. 40 mul, 17 add, 10 other. */
-BS_INLINE void FN(cga3d_pair_cost_thesis_plane_plane)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_pair_cost_thesis_plane_plane)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 4), BS_APART(const V, x2_in, 4))
 {
   const V x1_e123ni = x1_in[0];
   const V x1_e12noni = x1_in[1];
@@ -1116,7 +1116,7 @@ BS_INLINE void FN(cga3d_pair_cost_thesis_plane_plane)(V *RESTRICT out, const V *
 }
 
 /* cga3d_pair_cost_thesis_sphere_sphere: `rotor_cost_thesis` of the rotor from x1 to x2. NaN unless `is_plain`. 55 mul, 30 add, 10 other. */
-BS_INLINE void FN(cga3d_pair_cost_thesis_sphere_sphere)(V *RESTRICT out, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_pair_cost_thesis_sphere_sphere)(BS_APART(V, out, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5))
 {
   const V x1_e123no = x1_in[0];
   const V x1_e123ni = x1_in[1];
@@ -1162,7 +1162,7 @@ BS_INLINE void FN(cga3d_pair_cost_thesis_sphere_sphere)(V *RESTRICT out, const V
 }
 
 /* cga3d_agreement_point_point: gamma <x reference>_0: 1 for equal objects, negative where x and -x should change places; never for points. 3 mul, 4 add. */
-BS_INLINE void FN(cga3d_agreement_point_point)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT reference_in)
+BS_INLINE void FN(cga3d_agreement_point_point)(BS_APART(V, out, 1), BS_APART(const V, x_in, 5), BS_APART(const V, reference_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -1177,7 +1177,7 @@ BS_INLINE void FN(cga3d_agreement_point_point)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_agreement_point_pair_point_pair: gamma <x reference>_0: 1 for equal objects, negative where x and -x should change places; never for points. 10 mul, 9 add. */
-BS_INLINE void FN(cga3d_agreement_point_pair_point_pair)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT reference_in)
+BS_INLINE void FN(cga3d_agreement_point_pair_point_pair)(BS_APART(V, out, 1), BS_APART(const V, x_in, 10), BS_APART(const V, reference_in, 10))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -1204,7 +1204,7 @@ BS_INLINE void FN(cga3d_agreement_point_pair_point_pair)(V *RESTRICT out, const 
 }
 
 /* cga3d_agreement_line_line: gamma <x reference>_0: 1 for equal objects, negative where x and -x should change places; never for points. 3 mul, 2 add. */
-BS_INLINE void FN(cga3d_agreement_line_line)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT reference_in)
+BS_INLINE void FN(cga3d_agreement_line_line)(BS_APART(V, out, 1), BS_APART(const V, x_in, 6), BS_APART(const V, reference_in, 6))
 {
   const V x_e1noni = x_in[2];
   const V x_e2noni = x_in[4];
@@ -1217,7 +1217,7 @@ BS_INLINE void FN(cga3d_agreement_line_line)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* cga3d_agreement_circle_circle: gamma <x reference>_0: 1 for equal objects, negative where x and -x should change places; never for points. 10 mul, 9 add. */
-BS_INLINE void FN(cga3d_agreement_circle_circle)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT reference_in)
+BS_INLINE void FN(cga3d_agreement_circle_circle)(BS_APART(V, out, 1), BS_APART(const V, x_in, 10), BS_APART(const V, reference_in, 10))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -1244,7 +1244,7 @@ BS_INLINE void FN(cga3d_agreement_circle_circle)(V *RESTRICT out, const V *RESTR
 }
 
 /* cga3d_agreement_plane_plane: gamma <x reference>_0: 1 for equal objects, negative where x and -x should change places; never for points. 3 mul, 2 add. */
-BS_INLINE void FN(cga3d_agreement_plane_plane)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT reference_in)
+BS_INLINE void FN(cga3d_agreement_plane_plane)(BS_APART(V, out, 1), BS_APART(const V, x_in, 4), BS_APART(const V, reference_in, 4))
 {
   const V x_e12noni = x_in[1];
   const V x_e13noni = x_in[2];
@@ -1257,7 +1257,7 @@ BS_INLINE void FN(cga3d_agreement_plane_plane)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_agreement_sphere_sphere: gamma <x reference>_0: 1 for equal objects, negative where x and -x should change places; never for points. 5 mul, 4 add. */
-BS_INLINE void FN(cga3d_agreement_sphere_sphere)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT reference_in)
+BS_INLINE void FN(cga3d_agreement_sphere_sphere)(BS_APART(V, out, 1), BS_APART(const V, x_in, 5), BS_APART(const V, reference_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -1274,7 +1274,7 @@ BS_INLINE void FN(cga3d_agreement_sphere_sphere)(V *RESTRICT out, const V *RESTR
 }
 
 /* cga3d_rotor_cost_translator: |R - 1|^2 + |R . e_+|^2, sums of squares on the orthonormal basis; of R and -R the smaller one. 5 mul, 4 add, 1 other. */
-BS_INLINE void FN(cga3d_rotor_cost_translator)(V *RESTRICT out, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_rotor_cost_translator)(BS_APART(V, out, 1), BS_APART(const V, r_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e1ni = r_in[1];
@@ -1286,7 +1286,7 @@ BS_INLINE void FN(cga3d_rotor_cost_translator)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_rotor_cost_motor: |R - 1|^2 + |R . e_+|^2, sums of squares on the orthonormal basis; of R and -R the smaller one. 9 mul, 8 add, 1 other. */
-BS_INLINE void FN(cga3d_rotor_cost_motor)(V *RESTRICT out, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_rotor_cost_motor)(BS_APART(V, out, 1), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1303,7 +1303,7 @@ BS_INLINE void FN(cga3d_rotor_cost_motor)(V *RESTRICT out, const V *RESTRICT r_i
 }
 
 /* cga3d_rotor_cost_rotor_conformal: |R - 1|^2 + |R . e_+|^2, sums of squares on the orthonormal basis; of R and -R the smaller one. 38 mul, 49 add, 1 other. */
-BS_INLINE void FN(cga3d_rotor_cost_rotor_conformal)(V *RESTRICT out, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_rotor_cost_rotor_conformal)(BS_APART(V, out, 1), BS_APART(const V, r_in, 16))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1346,7 +1346,7 @@ BS_INLINE void FN(cga3d_rotor_cost_rotor_conformal)(V *RESTRICT out, const V *RE
 }
 
 /* cga3d_rotor_cost_thesis_translator: (5.1) as printed, <(R - 1)(~R - 1)>_0 + <R_par ~R_par>_0; of R and -R the one with <R>_0 >= 0. 4 mul, 4 add, 1 other. */
-BS_INLINE void FN(cga3d_rotor_cost_thesis_translator)(V *RESTRICT out, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_rotor_cost_thesis_translator)(BS_APART(V, out, 1), BS_APART(const V, r_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e1ni = r_in[1];
@@ -1358,7 +1358,7 @@ BS_INLINE void FN(cga3d_rotor_cost_thesis_translator)(V *RESTRICT out, const V *
 }
 
 /* cga3d_rotor_cost_thesis_motor: (5.1) as printed, <(R - 1)(~R - 1)>_0 + <R_par ~R_par>_0; of R and -R the one with <R>_0 >= 0. 8 mul, 8 add, 1 other. */
-BS_INLINE void FN(cga3d_rotor_cost_thesis_motor)(V *RESTRICT out, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_rotor_cost_thesis_motor)(BS_APART(V, out, 1), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1375,7 +1375,7 @@ BS_INLINE void FN(cga3d_rotor_cost_thesis_motor)(V *RESTRICT out, const V *RESTR
 }
 
 /* cga3d_rotor_cost_thesis_rotor_conformal: (5.1) as printed, <(R - 1)(~R - 1)>_0 + <R_par ~R_par>_0; of R and -R the one with <R>_0 >= 0. 21 mul, 20 add, 1 other. */
-BS_INLINE void FN(cga3d_rotor_cost_thesis_rotor_conformal)(V *RESTRICT out, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_rotor_cost_thesis_rotor_conformal)(BS_APART(V, out, 1), BS_APART(const V, r_in, 16))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];

@@ -7,7 +7,7 @@
 #include "elementary.h"
 
 /* cga3d_delta_inverse_numbers3_numbers6_numbers3: Angles of the arms for a position of the platform, from s_i towards e3 (7.7.2). 56 mul, 48 add, 80 other. */
-BS_INLINE void FN(cga3d_delta_inverse_numbers3_numbers6_numbers3)(V *RESTRICT theta, V *RESTRICT status, const V *RESTRICT y_in, const V *RESTRICT robot_in, const V *RESTRICT sides_in)
+BS_INLINE void FN(cga3d_delta_inverse_numbers3_numbers6_numbers3)(BS_APART(V, theta, 3), BS_APART(V, status, 1), BS_APART(const V, y_in, 3), BS_APART(const V, robot_in, 6), BS_APART(const V, sides_in, 3))
 {
   const V y_e1 = y_in[0];
   const V y_e2 = y_in[1];
@@ -142,7 +142,7 @@ BS_INLINE void FN(cga3d_delta_inverse_numbers3_numbers6_numbers3)(V *RESTRICT th
 }
 
 /* cga3d_delta_forward_numbers3_numbers6_numbers2: Position of the platform for the angles of the arms (7.7.2). 72 mul, 47 add, 53 other. */
-BS_INLINE void FN(cga3d_delta_forward_numbers3_numbers6_numbers2)(V *RESTRICT y, V *RESTRICT status, const V *RESTRICT theta_in, const V *RESTRICT robot_in, const V *RESTRICT root_in)
+BS_INLINE void FN(cga3d_delta_forward_numbers3_numbers6_numbers2)(BS_APART(V, y, 3), BS_APART(V, status, 1), BS_APART(const V, theta_in, 3), BS_APART(const V, robot_in, 6), BS_APART(const V, root_in, 2))
 {
   const V theta_arm1 = theta_in[0];
   const V theta_arm2 = theta_in[1];
@@ -247,7 +247,7 @@ BS_INLINE void FN(cga3d_delta_forward_numbers3_numbers6_numbers2)(V *RESTRICT y,
 }
 
 /* cga3d_two_square: a a, and its rounding error. 6 mul, 6 add, 14 other. */
-BS_INLINE void FN(cga3d_two_square)(V *RESTRICT out, V *RESTRICT out1, const V *RESTRICT a_in)
+BS_INLINE void FN(cga3d_two_square)(BS_APART(V, out, 1), BS_APART(V, out1, 1), BS_APART(const V, a_in, 1))
 {
   const V a_s = a_in[0];
   const V t0 = a_s * a_s;
@@ -269,7 +269,7 @@ BS_INLINE void FN(cga3d_two_square)(V *RESTRICT out, V *RESTRICT out1, const V *
 }
 
 /* cga3d_two_sum: a + b, and its rounding error. 0 mul, 6 add, 6 other. */
-BS_INLINE void FN(cga3d_two_sum)(V *RESTRICT out, V *RESTRICT out1, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_two_sum)(BS_APART(V, out, 1), BS_APART(V, out1, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V a_s = a_in[0];
   const V b_s = b_in[0];
@@ -284,7 +284,7 @@ BS_INLINE void FN(cga3d_two_sum)(V *RESTRICT out, V *RESTRICT out1, const V *RES
 }
 
 /* cga3d_two_product: a b, and its rounding error. 7 mul, 10 add, 20 other. */
-BS_INLINE void FN(cga3d_two_product)(V *RESTRICT out, V *RESTRICT out1, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_two_product)(BS_APART(V, out, 1), BS_APART(V, out1, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V a_s = a_in[0];
   const V b_s = b_in[0];
@@ -313,7 +313,7 @@ BS_INLINE void FN(cga3d_two_product)(V *RESTRICT out, V *RESTRICT out1, const V 
 }
 
 /* cga3d_delta_inverse_precise_numbers3_numbers6_numbers3: `inverse` with all digits next to singular poses, too, where it has half of them. 218 mul, 401 add, 640 other. */
-BS_INLINE void FN(cga3d_delta_inverse_precise_numbers3_numbers6_numbers3)(V *RESTRICT theta, V *RESTRICT status, const V *RESTRICT y_in, const V *RESTRICT robot_in, const V *RESTRICT sides_in)
+BS_INLINE void FN(cga3d_delta_inverse_precise_numbers3_numbers6_numbers3)(BS_APART(V, theta, 3), BS_APART(V, status, 1), BS_APART(const V, y_in, 3), BS_APART(const V, robot_in, 6), BS_APART(const V, sides_in, 3))
 {
   const V y_e1 = y_in[0];
   const V y_e2 = y_in[1];
@@ -746,7 +746,7 @@ BS_INLINE void FN(cga3d_delta_inverse_precise_numbers3_numbers6_numbers3)(V *RES
 }
 
 /* cga3d_turned: sin x and its rounding error, then cos x and its own, both given to half the digits. 124 mul, 175 add, 283 other. */
-BS_INLINE void FN(cga3d_turned)(V *RESTRICT out, V *RESTRICT out1, V *RESTRICT out2, V *RESTRICT out3, const V *RESTRICT x_in, const V *RESTRICT sine_of_x_in, const V *RESTRICT cosine_of_x_in)
+BS_INLINE void FN(cga3d_turned)(BS_APART(V, out, 1), BS_APART(V, out1, 1), BS_APART(V, out2, 1), BS_APART(V, out3, 1), BS_APART(const V, x_in, 1), BS_APART(const V, sine_of_x_in, 1), BS_APART(const V, cosine_of_x_in, 1))
 {
   const V x_s = x_in[0];
   const V sine_of_x_s = sine_of_x_in[0];
@@ -908,7 +908,7 @@ BS_INLINE void FN(cga3d_turned)(V *RESTRICT out, V *RESTRICT out1, V *RESTRICT o
 }
 
 /* cga3d_delta_forward_precise_numbers3_numbers6_numbers2: `forward` with all digits next to singular poses, too, where it has half of them. 610 mul, 918 add, 1458 other. */
-BS_INLINE void FN(cga3d_delta_forward_precise_numbers3_numbers6_numbers2)(V *RESTRICT y, V *RESTRICT status, const V *RESTRICT theta_in, const V *RESTRICT robot_in, const V *RESTRICT root_in)
+BS_INLINE void FN(cga3d_delta_forward_precise_numbers3_numbers6_numbers2)(BS_APART(V, y, 3), BS_APART(V, status, 1), BS_APART(const V, theta_in, 3), BS_APART(const V, robot_in, 6), BS_APART(const V, root_in, 2))
 {
   const V theta_arm1 = theta_in[0];
   const V theta_arm2 = theta_in[1];
@@ -1321,7 +1321,7 @@ BS_INLINE void FN(cga3d_delta_forward_precise_numbers3_numbers6_numbers2)(V *RES
 }
 
 /* cga3d_delta_arm_codes_numbers3_numbers6_numbers3: The status of each arm: OK, UNREACHABLE, SINGULAR (the wrist is on its motor's axis) or INVALID. 25 mul, 30 add, 62 other. */
-BS_INLINE void FN(cga3d_delta_arm_codes_numbers3_numbers6_numbers3)(V *RESTRICT codes, const V *RESTRICT y_in, const V *RESTRICT robot_in, const V *RESTRICT sides_in)
+BS_INLINE void FN(cga3d_delta_arm_codes_numbers3_numbers6_numbers3)(BS_APART(V, codes, 3), BS_APART(const V, y_in, 3), BS_APART(const V, robot_in, 6), BS_APART(const V, sides_in, 3))
 {
   const V y_e1 = y_in[0];
   const V y_e2 = y_in[1];
@@ -1420,7 +1420,8 @@ BS_INLINE void FN(cga3d_delta_arm_codes_numbers3_numbers6_numbers3)(V *RESTRICT 
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -7,7 +7,7 @@
 #include "elementary.h"
 
 /* cga3d_delta_singularities_numbers3_numbers3_numbers6: Distance of a pose from singular ones: sines of the arms, the forearms' volume, and the forearms' directions. 43 mul, 21 add, 8 other. */
-BS_INLINE void FN(cga3d_delta_singularities_numbers3_numbers3_numbers6)(V *RESTRICT sines, V *RESTRICT volume, V *RESTRICT forearms, const V *RESTRICT y_in, const V *RESTRICT theta_in, const V *RESTRICT robot_in)
+BS_INLINE void FN(cga3d_delta_singularities_numbers3_numbers3_numbers6)(BS_APART(V, sines, 3), BS_APART(V, volume, 1), BS_APART(V, forearms, 9), BS_APART(const V, y_in, 3), BS_APART(const V, theta_in, 3), BS_APART(const V, robot_in, 6))
 {
   const V y_e1 = y_in[0];
   const V y_e2 = y_in[1];
@@ -58,7 +58,7 @@ BS_INLINE void FN(cga3d_delta_singularities_numbers3_numbers3_numbers6)(V *RESTR
 }
 
 /* cga3d_delta_points_numbers3_numbers3_numbers6_numbers2: Shoulders B_i, elbows W_i and wrists X_i, and the upper and lower ends of the six rods: rows of coordinates. 50 mul, 19 add, 7 other. */
-BS_INLINE void FN(cga3d_delta_points_numbers3_numbers3_numbers6_numbers2)(V *RESTRICT shoulders, V *RESTRICT elbows, V *RESTRICT wrists, V *RESTRICT tops, V *RESTRICT bottoms, const V *RESTRICT y_in, const V *RESTRICT theta_in, const V *RESTRICT robot_in, const V *RESTRICT plates_in)
+BS_INLINE void FN(cga3d_delta_points_numbers3_numbers3_numbers6_numbers2)(BS_APART(V, shoulders, 9), BS_APART(V, elbows, 9), BS_APART(V, wrists, 9), BS_APART(V, tops, 18), BS_APART(V, bottoms, 18), BS_APART(const V, y_in, 3), BS_APART(const V, theta_in, 3), BS_APART(const V, robot_in, 6), BS_APART(const V, plates_in, 2))
 {
   const V y_e1 = y_in[0];
   const V y_e2 = y_in[1];
@@ -172,7 +172,7 @@ BS_INLINE void FN(cga3d_delta_points_numbers3_numbers3_numbers6_numbers2)(V *RES
 }
 
 /* cga3d_delta_rod_powers_numbers3_numbers3_numbers6_numbers2: Powers of the forces along the six rods on the platform's twists, (6, 6), and on the arms' unit twists, (6,). 92 mul, 72 add, 8 other. */
-BS_INLINE void FN(cga3d_delta_rod_powers_numbers3_numbers3_numbers6_numbers2)(V *RESTRICT platform, V *RESTRICT arms, const V *RESTRICT y_in, const V *RESTRICT theta_in, const V *RESTRICT robot_in, const V *RESTRICT plates_in)
+BS_INLINE void FN(cga3d_delta_rod_powers_numbers3_numbers3_numbers6_numbers2)(BS_APART(V, platform, 36), BS_APART(V, arms, 6), BS_APART(const V, y_in, 3), BS_APART(const V, theta_in, 3), BS_APART(const V, robot_in, 6), BS_APART(const V, plates_in, 2))
 {
   const V y_e1 = y_in[0];
   const V y_e2 = y_in[1];

@@ -7,7 +7,7 @@
 #include "elementary.h"
 
 /* cga3d_two_square: a a, and its rounding error. 6 mul, 6 add, 14 other. */
-BS_INLINE void FN(cga3d_two_square)(V *RESTRICT out, V *RESTRICT out1, const V *RESTRICT a_in)
+BS_INLINE void FN(cga3d_two_square)(BS_APART(V, out, 1), BS_APART(V, out1, 1), BS_APART(const V, a_in, 1))
 {
   const V a_s = a_in[0];
   const V t0 = a_s * a_s;
@@ -29,7 +29,7 @@ BS_INLINE void FN(cga3d_two_square)(V *RESTRICT out, V *RESTRICT out1, const V *
 }
 
 /* cga3d_two_sum: a + b, and its rounding error. 0 mul, 6 add, 6 other. */
-BS_INLINE void FN(cga3d_two_sum)(V *RESTRICT out, V *RESTRICT out1, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_two_sum)(BS_APART(V, out, 1), BS_APART(V, out1, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V a_s = a_in[0];
   const V b_s = b_in[0];
@@ -44,7 +44,7 @@ BS_INLINE void FN(cga3d_two_sum)(V *RESTRICT out, V *RESTRICT out1, const V *RES
 }
 
 /* cga3d_two_product: a b, and its rounding error. 7 mul, 10 add, 20 other. */
-BS_INLINE void FN(cga3d_two_product)(V *RESTRICT out, V *RESTRICT out1, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_two_product)(BS_APART(V, out, 1), BS_APART(V, out1, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
   const V a_s = a_in[0];
   const V b_s = b_in[0];
@@ -73,7 +73,7 @@ BS_INLINE void FN(cga3d_two_product)(V *RESTRICT out, V *RESTRICT out1, const V 
 }
 
 /* cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3: d theta_i/d y_j, row-major (7.7.5). SINGULAR: an arm is stretched or folded, or a wrist is on a motor's axis. 403 mul, 483 add, 667 other. */
-BS_INLINE void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(V *RESTRICT jacobian, V *RESTRICT status, const V *RESTRICT y_in, const V *RESTRICT robot_in, const V *RESTRICT sides_in)
+BS_INLINE void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(BS_APART(V, jacobian, 9), BS_APART(V, status, 1), BS_APART(const V, y_in, 3), BS_APART(const V, robot_in, 6), BS_APART(const V, sides_in, 3))
 {
   const V y_e1 = y_in[0];
   const V y_e2 = y_in[1];
@@ -641,7 +641,7 @@ BS_INLINE void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(V *RE
 }
 
 /* cga3d_turned: sin x and its rounding error, then cos x and its own, both given to half the digits. 124 mul, 175 add, 283 other. */
-BS_INLINE void FN(cga3d_turned)(V *RESTRICT out, V *RESTRICT out1, V *RESTRICT out2, V *RESTRICT out3, const V *RESTRICT x_in, const V *RESTRICT sine_of_x_in, const V *RESTRICT cosine_of_x_in)
+BS_INLINE void FN(cga3d_turned)(BS_APART(V, out, 1), BS_APART(V, out1, 1), BS_APART(V, out2, 1), BS_APART(V, out3, 1), BS_APART(const V, x_in, 1), BS_APART(const V, sine_of_x_in, 1), BS_APART(const V, cosine_of_x_in, 1))
 {
   const V x_s = x_in[0];
   const V sine_of_x_s = sine_of_x_in[0];
@@ -803,7 +803,7 @@ BS_INLINE void FN(cga3d_turned)(V *RESTRICT out, V *RESTRICT out1, V *RESTRICT o
 }
 
 /* cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2: d y_i/d theta_j, row-major (7.7.5). SINGULAR: the forearms lie in one plane, or two start at one point. 856 mul, 1012 add, 1470 other. */
-BS_INLINE void FN(cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2)(V *RESTRICT jacobian, V *RESTRICT status, const V *RESTRICT theta_in, const V *RESTRICT robot_in, const V *RESTRICT root_in)
+BS_INLINE void FN(cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2)(BS_APART(V, jacobian, 9), BS_APART(V, status, 1), BS_APART(const V, theta_in, 3), BS_APART(const V, robot_in, 6), BS_APART(const V, root_in, 2))
 {
   const V theta_arm1 = theta_in[0];
   const V theta_arm2 = theta_in[1];
@@ -1306,7 +1306,7 @@ BS_INLINE void FN(cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2)(V *RE
 }
 
 /* cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers3: Angles, speeds and accelerations of the arms for a motion of the platform. 397 mul, 283 add, 150 other. */
-BS_INLINE void FN(cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers3)(V *RESTRICT theta, V *RESTRICT speed, V *RESTRICT acceleration, V *RESTRICT status, const V *RESTRICT y_in, const V *RESTRICT dy_in, const V *RESTRICT ddy_in, const V *RESTRICT robot_in, const V *RESTRICT sides_in)
+BS_INLINE void FN(cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers3)(BS_APART(V, theta, 3), BS_APART(V, speed, 3), BS_APART(V, acceleration, 3), BS_APART(V, status, 1), BS_APART(const V, y_in, 3), BS_APART(const V, dy_in, 3), BS_APART(const V, ddy_in, 3), BS_APART(const V, robot_in, 6), BS_APART(const V, sides_in, 3))
 {
   const V y_e1 = y_in[0];
   const V y_e2 = y_in[1];
@@ -1701,7 +1701,8 @@ BS_INLINE void FN(cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

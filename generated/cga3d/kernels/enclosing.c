@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_enclosing_pair_euclidean_number_euclidean_number: Center and radius of the smallest sphere around two spheres, given by theirs. 25 mul, 23 add, 34 other. */
-BS_INLINE void FN(cga3d_enclosing_pair_euclidean_number_euclidean_number)(V *RESTRICT center, V *RESTRICT radius, const V *RESTRICT c1_in, const V *RESTRICT r1_in, const V *RESTRICT c2_in, const V *RESTRICT r2_in)
+BS_INLINE void FN(cga3d_enclosing_pair_euclidean_number_euclidean_number)(BS_APART(V, center, 3), BS_APART(V, radius, 1), BS_APART(const V, c1_in, 3), BS_APART(const V, r1_in, 1), BS_APART(const V, c2_in, 3), BS_APART(const V, r2_in, 1))
 {
   const V c1_e1 = c1_in[0];
   const V c1_e2 = c1_in[1];

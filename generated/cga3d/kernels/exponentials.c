@@ -7,7 +7,7 @@
 #include "elementary.h"
 
 /* cga3d_exp_bivector_twist: exp(b) = cos s + S b + q (S + b (S - cos s)/s^2)/2, where b^2 = -s^2 + q and S = sin(s)/s. 19 mul, 9 add, 12 other. */
-BS_INLINE void FN(cga3d_exp_bivector_twist)(V *RESTRICT out, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_exp_bivector_twist)(BS_APART(V, out, 8), BS_APART(const V, b_in, 6))
 {
   const V b_e12 = b_in[0];
   const V b_e13 = b_in[1];
@@ -43,7 +43,7 @@ BS_INLINE void FN(cga3d_exp_bivector_twist)(V *RESTRICT out, const V *RESTRICT b
 }
 
 /* cga3d_log_motor_motor: The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 46 mul, 34 add, 58 other. */
-BS_INLINE void FN(cga3d_log_motor_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_log_motor_motor)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -132,7 +132,7 @@ BS_INLINE void FN(cga3d_log_motor_motor)(V *RESTRICT out, V *RESTRICT status, co
 }
 
 /* cga3d_log_motor_any_motor: The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 46 mul, 34 add, 58 other. */
-BS_INLINE void FN(cga3d_log_motor_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_log_motor_any_motor)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -221,7 +221,7 @@ BS_INLINE void FN(cga3d_log_motor_any_motor)(V *RESTRICT out, V *RESTRICT status
 }
 
 /* cga3d_log_motor_transversor: The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 6 mul, 6 add, 23 other. */
-BS_INLINE void FN(cga3d_log_motor_transversor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_log_motor_transversor)(BS_APART(V, out, 3), BS_APART(V, status, 1), BS_APART(const V, r_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e1no = r_in[1];
@@ -258,7 +258,7 @@ BS_INLINE void FN(cga3d_log_motor_transversor)(V *RESTRICT out, V *RESTRICT stat
 }
 
 /* cga3d_sqrt_motor_motor: exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 71 mul, 38 add, 65 other. */
-BS_INLINE void FN(cga3d_sqrt_motor_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_sqrt_motor_motor)(BS_APART(V, out, 8), BS_APART(V, status, 1), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -358,7 +358,7 @@ BS_INLINE void FN(cga3d_sqrt_motor_motor)(V *RESTRICT out, V *RESTRICT status, c
 }
 
 /* cga3d_sqrt_motor_any_motor: exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 71 mul, 38 add, 65 other. */
-BS_INLINE void FN(cga3d_sqrt_motor_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_sqrt_motor_any_motor)(BS_APART(V, out, 8), BS_APART(V, status, 1), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -458,7 +458,7 @@ BS_INLINE void FN(cga3d_sqrt_motor_any_motor)(V *RESTRICT out, V *RESTRICT statu
 }
 
 /* cga3d_sqrt_motor_transversor: exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 7 mul, 6 add, 23 other. */
-BS_INLINE void FN(cga3d_sqrt_motor_transversor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_sqrt_motor_transversor)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, r_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e1no = r_in[1];
@@ -497,7 +497,8 @@ BS_INLINE void FN(cga3d_sqrt_motor_transversor)(V *RESTRICT out, V *RESTRICT sta
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_sphere_distance_vector_euclidean: Distance of a point from a unit dual sphere, positive outside, and its derivative by the coefficients of s. 19 mul, 9 add, 7 other. */
-BS_INLINE void FN(cga3d_sphere_distance_vector_euclidean)(V *RESTRICT distance, V *RESTRICT gradient, const V *RESTRICT s_in, const V *RESTRICT position_in)
+BS_INLINE void FN(cga3d_sphere_distance_vector_euclidean)(BS_APART(V, distance, 1), BS_APART(V, gradient, 5), BS_APART(const V, s_in, 5), BS_APART(const V, position_in, 3))
 {
   const V s_e1 = s_in[0];
   const V s_e2 = s_in[1];
@@ -36,7 +36,7 @@ BS_INLINE void FN(cga3d_sphere_distance_vector_euclidean)(V *RESTRICT distance, 
 }
 
 /* cga3d_circle_distances_vector_vector_euclidean: A point's height over a circle's plane p and its distance in that plane from the circle, with their derivatives. 34 mul, 15 add, 7 other. */
-BS_INLINE void FN(cga3d_circle_distances_vector_vector_euclidean)(V *RESTRICT distances, V *RESTRICT gradient, const V *RESTRICT s_in, const V *RESTRICT p_in, const V *RESTRICT position_in)
+BS_INLINE void FN(cga3d_circle_distances_vector_vector_euclidean)(BS_APART(V, distances, 2), BS_APART(V, gradient, 15), BS_APART(const V, s_in, 5), BS_APART(const V, p_in, 5), BS_APART(const V, position_in, 3))
 {
   const V s_e1 = s_in[0];
   const V s_e2 = s_in[1];
@@ -85,7 +85,7 @@ BS_INLINE void FN(cga3d_circle_distances_vector_vector_euclidean)(V *RESTRICT di
 }
 
 /* cga3d_placed_plane_vector_euclidean_number: The plane with the dual n + d n_inf in coordinates about a position, in a unit of length. 11 mul, 5 add, 7 other. */
-BS_INLINE void FN(cga3d_placed_plane_vector_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT p_in, const V *RESTRICT position_in, const V *RESTRICT unit_in)
+BS_INLINE void FN(cga3d_placed_plane_vector_euclidean_number)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, p_in, 5), BS_APART(const V, position_in, 3), BS_APART(const V, unit_in, 1))
 {
   const V p_e1 = p_in[0];
   const V p_e2 = p_in[1];
@@ -115,7 +115,7 @@ BS_INLINE void FN(cga3d_placed_plane_vector_euclidean_number)(V *RESTRICT out, V
 }
 
 /* cga3d_placed_sphere_vector_euclidean_number: The outward sphere (or plane) with the dual s in coordinates about a position, in a unit of length. 21 mul, 12 add, 10 other. */
-BS_INLINE void FN(cga3d_placed_sphere_vector_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT s_in, const V *RESTRICT position_in, const V *RESTRICT unit_in)
+BS_INLINE void FN(cga3d_placed_sphere_vector_euclidean_number)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, s_in, 5), BS_APART(const V, position_in, 3), BS_APART(const V, unit_in, 1))
 {
   const V s_e1 = s_in[0];
   const V s_e2 = s_in[1];
@@ -152,7 +152,7 @@ BS_INLINE void FN(cga3d_placed_sphere_vector_euclidean_number)(V *RESTRICT out, 
 }
 
 /* cga3d_placed_circle_vector_vector_euclidean_number: The circle sphere* ^ plane* with these duals in coordinates about a position, in a unit of length. 135 mul, 71 add, 46 other. */
-BS_INLINE void FN(cga3d_placed_circle_vector_vector_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT s_in, const V *RESTRICT p_in, const V *RESTRICT position_in, const V *RESTRICT unit_in)
+BS_INLINE void FN(cga3d_placed_circle_vector_vector_euclidean_number)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, s_in, 5), BS_APART(const V, p_in, 5), BS_APART(const V, position_in, 3), BS_APART(const V, unit_in, 1))
 {
   const V s_e1 = s_in[0];
   const V s_e2 = s_in[1];
@@ -276,7 +276,7 @@ BS_INLINE void FN(cga3d_placed_circle_vector_vector_euclidean_number)(V *RESTRIC
 }
 
 /* cga3d_translate_sphere_vector_euclidean: A dual sphere, moved from the origin to a position. 11 mul, 9 add. */
-BS_INLINE void FN(cga3d_translate_sphere_vector_euclidean)(V *RESTRICT out, const V *RESTRICT s_in, const V *RESTRICT position_in)
+BS_INLINE void FN(cga3d_translate_sphere_vector_euclidean)(BS_APART(V, out, 5), BS_APART(const V, s_in, 5), BS_APART(const V, position_in, 3))
 {
   const V s_e1 = s_in[0];
   const V s_e2 = s_in[1];
@@ -297,7 +297,8 @@ BS_INLINE void FN(cga3d_translate_sphere_vector_euclidean)(V *RESTRICT out, cons
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_interpolate_any_point_any_point_number: The interpolant with its status (`blades.project_sum`); points go along the segment between them (3.1). 28 mul, 19 add, 31 other. */
-BS_INLINE void FN(cga3d_interpolate_any_point_any_point_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(cga3d_interpolate_any_point_any_point_number)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5), BS_APART(const V, alpha_in, 1))
 {
   const V x1_e1 = x1_in[0];
   const V x1_e2 = x1_in[1];
@@ -76,7 +76,7 @@ BS_INLINE void FN(cga3d_interpolate_any_point_any_point_number)(V *RESTRICT out,
 }
 
 /* cga3d_interpolate_any_point_pair_any_point_pair_number: The interpolant with its status (`blades.project_sum`); points go along the segment between them (3.1). 157 mul, 119 add, 90 other. */
-BS_INLINE void FN(cga3d_interpolate_any_point_pair_any_point_pair_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(cga3d_interpolate_any_point_pair_any_point_pair_number)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10), BS_APART(const V, alpha_in, 1))
 {
   const V x1_e12 = x1_in[0];
   const V x1_e13 = x1_in[1];
@@ -271,7 +271,7 @@ BS_INLINE void FN(cga3d_interpolate_any_point_pair_any_point_pair_number)(V *RES
 }
 
 /* cga3d_interpolate_any_line_any_line_number: The interpolant with its status (`blades.project_sum`); points go along the segment between them (3.1). 42 mul, 32 add, 40 other. */
-BS_INLINE void FN(cga3d_interpolate_any_line_any_line_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(cga3d_interpolate_any_line_any_line_number)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6), BS_APART(const V, alpha_in, 1))
 {
   const V x1_e12ni = x1_in[0];
   const V x1_e13ni = x1_in[1];
@@ -364,7 +364,7 @@ BS_INLINE void FN(cga3d_interpolate_any_line_any_line_number)(V *RESTRICT out, V
 }
 
 /* cga3d_interpolate_any_circle_any_circle_number: The interpolant with its status (`blades.project_sum`); points go along the segment between them (3.1). 157 mul, 119 add, 90 other. */
-BS_INLINE void FN(cga3d_interpolate_any_circle_any_circle_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(cga3d_interpolate_any_circle_any_circle_number)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10), BS_APART(const V, alpha_in, 1))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -559,7 +559,7 @@ BS_INLINE void FN(cga3d_interpolate_any_circle_any_circle_number)(V *RESTRICT ou
 }
 
 /* cga3d_interpolate_any_plane_any_plane_number: The interpolant with its status (`blades.project_sum`); points go along the segment between them (3.1). 21 mul, 21 add, 35 other. */
-BS_INLINE void FN(cga3d_interpolate_any_plane_any_plane_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(cga3d_interpolate_any_plane_any_plane_number)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x1_in, 4), BS_APART(const V, x2_in, 4), BS_APART(const V, alpha_in, 1))
 {
   const V x1_e123ni = x1_in[0];
   const V x1_e12noni = x1_in[1];
@@ -635,7 +635,7 @@ BS_INLINE void FN(cga3d_interpolate_any_plane_any_plane_number)(V *RESTRICT out,
 }
 
 /* cga3d_interpolate_any_sphere_any_sphere_number: The interpolant with its status (`blades.project_sum`); points go along the segment between them (3.1). 32 mul, 30 add, 43 other. */
-BS_INLINE void FN(cga3d_interpolate_any_sphere_any_sphere_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(cga3d_interpolate_any_sphere_any_sphere_number)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5), BS_APART(const V, alpha_in, 1))
 {
   const V x1_e123no = x1_in[0];
   const V x1_e123ni = x1_in[1];
@@ -729,7 +729,7 @@ BS_INLINE void FN(cga3d_interpolate_any_sphere_any_sphere_number)(V *RESTRICT ou
 }
 
 /* cga3d_interpolate_rate_any_point_any_point_number: Derivative of the interpolant with respect to alpha, generated from `interpolant`; its statuses. 50 mul, 31 add, 30 other. */
-BS_INLINE void FN(cga3d_interpolate_rate_any_point_any_point_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(cga3d_interpolate_rate_any_point_any_point_number)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5), BS_APART(const V, alpha_in, 1))
 {
   const V x1_e1 = x1_in[0];
   const V x1_e2 = x1_in[1];
@@ -800,7 +800,7 @@ BS_INLINE void FN(cga3d_interpolate_rate_any_point_any_point_number)(V *RESTRICT
 }
 
 /* cga3d_interpolate_rate_any_point_pair_any_point_pair_number: Derivative of the interpolant with respect to alpha, generated from `interpolant`; its statuses. 326 mul, 216 add, 94 other. */
-BS_INLINE void FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10), BS_APART(const V, alpha_in, 1))
 {
   const V x1_e12 = x1_in[0];
   const V x1_e13 = x1_in[1];
@@ -1047,7 +1047,7 @@ BS_INLINE void FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number)(V
 }
 
 /* cga3d_interpolate_rate_any_line_any_line_number: Derivative of the interpolant with respect to alpha, generated from `interpolant`; its statuses. 90 mul, 56 add, 40 other. */
-BS_INLINE void FN(cga3d_interpolate_rate_any_line_any_line_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(cga3d_interpolate_rate_any_line_any_line_number)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6), BS_APART(const V, alpha_in, 1))
 {
   const V x1_e12ni = x1_in[0];
   const V x1_e13ni = x1_in[1];
@@ -1153,7 +1153,7 @@ BS_INLINE void FN(cga3d_interpolate_rate_any_line_any_line_number)(V *RESTRICT o
 }
 
 /* cga3d_interpolate_rate_any_circle_any_circle_number: Derivative of the interpolant with respect to alpha, generated from `interpolant`; its statuses. 303 mul, 261 add, 94 other. */
-BS_INLINE void FN(cga3d_interpolate_rate_any_circle_any_circle_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(cga3d_interpolate_rate_any_circle_any_circle_number)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10), BS_APART(const V, alpha_in, 1))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -1433,7 +1433,7 @@ BS_INLINE void FN(cga3d_interpolate_rate_any_circle_any_circle_number)(V *RESTRI
 }
 
 /* cga3d_interpolate_rate_any_plane_any_plane_number: Derivative of the interpolant with respect to alpha, generated from `interpolant`; its statuses. 42 mul, 33 add, 35 other. */
-BS_INLINE void FN(cga3d_interpolate_rate_any_plane_any_plane_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(cga3d_interpolate_rate_any_plane_any_plane_number)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x1_in, 4), BS_APART(const V, x2_in, 4), BS_APART(const V, alpha_in, 1))
 {
   const V x1_e123ni = x1_in[0];
   const V x1_e12noni = x1_in[1];
@@ -1511,7 +1511,7 @@ BS_INLINE void FN(cga3d_interpolate_rate_any_plane_any_plane_number)(V *RESTRICT
 }
 
 /* cga3d_interpolate_rate_any_sphere_any_sphere_number: Derivative of the interpolant with respect to alpha, generated from `interpolant`; its statuses. 58 mul, 49 add, 43 other. */
-BS_INLINE void FN(cga3d_interpolate_rate_any_sphere_any_sphere_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(cga3d_interpolate_rate_any_sphere_any_sphere_number)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5), BS_APART(const V, alpha_in, 1))
 {
   const V x1_e123no = x1_in[0];
   const V x1_e123ni = x1_in[1];
@@ -1612,7 +1612,7 @@ BS_INLINE void FN(cga3d_interpolate_rate_any_sphere_any_sphere_number)(V *RESTRI
 }
 
 /* cga3d_orientation_any_point_any_point: -1 where gamma <x1 x2>_0 < 0 with gamma = x1^2, else +1; rounding noise is no sign. Points have none: +1. 0 mul, 0 add. */
-BS_INLINE void FN(cga3d_orientation_any_point_any_point)(V *RESTRICT orientation, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_orientation_any_point_any_point)(BS_APART(V, orientation, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5))
 {
   (void)x1_in;
   (void)x2_in;
@@ -1620,7 +1620,7 @@ BS_INLINE void FN(cga3d_orientation_any_point_any_point)(V *RESTRICT orientation
 }
 
 /* cga3d_orientation_any_point_pair_any_point_pair: -1 where gamma <x1 x2>_0 < 0 with gamma = x1^2, else +1; rounding noise is no sign. Points have none: +1. 15 mul, 25 add, 23 other. */
-BS_INLINE void FN(cga3d_orientation_any_point_pair_any_point_pair)(V *RESTRICT orientation, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_orientation_any_point_pair_any_point_pair)(BS_APART(V, orientation, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e12 = x1_in[0];
   const V x1_e13 = x1_in[1];
@@ -1671,7 +1671,7 @@ BS_INLINE void FN(cga3d_orientation_any_point_pair_any_point_pair)(V *RESTRICT o
 }
 
 /* cga3d_orientation_any_line_any_line: -1 where gamma <x1 x2>_0 < 0 with gamma = x1^2, else +1; rounding noise is no sign. Points have none: +1. 6 mul, 6 add, 9 other. */
-BS_INLINE void FN(cga3d_orientation_any_line_any_line)(V *RESTRICT orientation, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_orientation_any_line_any_line)(BS_APART(V, orientation, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6))
 {
   const V x1_e1noni = x1_in[2];
   const V x1_e2noni = x1_in[4];
@@ -1693,7 +1693,7 @@ BS_INLINE void FN(cga3d_orientation_any_line_any_line)(V *RESTRICT orientation, 
 }
 
 /* cga3d_orientation_any_circle_any_circle: -1 where gamma <x1 x2>_0 < 0 with gamma = x1^2, else +1; rounding noise is no sign. Points have none: +1. 15 mul, 25 add, 23 other. */
-BS_INLINE void FN(cga3d_orientation_any_circle_any_circle)(V *RESTRICT orientation, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_orientation_any_circle_any_circle)(BS_APART(V, orientation, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -1744,7 +1744,7 @@ BS_INLINE void FN(cga3d_orientation_any_circle_any_circle)(V *RESTRICT orientati
 }
 
 /* cga3d_orientation_any_plane_any_plane: -1 where gamma <x1 x2>_0 < 0 with gamma = x1^2, else +1; rounding noise is no sign. Points have none: +1. 6 mul, 6 add, 9 other. */
-BS_INLINE void FN(cga3d_orientation_any_plane_any_plane)(V *RESTRICT orientation, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_orientation_any_plane_any_plane)(BS_APART(V, orientation, 1), BS_APART(const V, x1_in, 4), BS_APART(const V, x2_in, 4))
 {
   const V x1_e12noni = x1_in[1];
   const V x1_e13noni = x1_in[2];
@@ -1766,7 +1766,7 @@ BS_INLINE void FN(cga3d_orientation_any_plane_any_plane)(V *RESTRICT orientation
 }
 
 /* cga3d_orientation_any_sphere_any_sphere: -1 where gamma <x1 x2>_0 < 0 with gamma = x1^2, else +1; rounding noise is no sign. Points have none: +1. 10 mul, 10 add, 13 other. */
-BS_INLINE void FN(cga3d_orientation_any_sphere_any_sphere)(V *RESTRICT orientation, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_orientation_any_sphere_any_sphere)(BS_APART(V, orientation, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5))
 {
   const V x1_e123no = x1_in[0];
   const V x1_e123ni = x1_in[1];
@@ -1797,7 +1797,7 @@ BS_INLINE void FN(cga3d_orientation_any_sphere_any_sphere)(V *RESTRICT orientati
 }
 
 /* cga3d_interpolate_far_any_point_pair_any_point_pair_number_number: `interpolate` in coordinates about a local origin: ``distance`` is how far away the objects were given. 159 mul, 121 add, 90 other. */
-BS_INLINE void FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_number)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10), BS_APART(const V, alpha_in, 1), BS_APART(const V, distance_in, 1))
 {
   const V x1_e12 = x1_in[0];
   const V x1_e13 = x1_in[1];
@@ -1995,7 +1995,7 @@ BS_INLINE void FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_num
 }
 
 /* cga3d_interpolate_far_any_line_any_line_number_number: `interpolate` in coordinates about a local origin: ``distance`` is how far away the objects were given. 42 mul, 32 add, 40 other. */
-BS_INLINE void FN(cga3d_interpolate_far_any_line_any_line_number_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_interpolate_far_any_line_any_line_number_number)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6), BS_APART(const V, alpha_in, 1), BS_APART(const V, distance_in, 1))
 {
   const V x1_e12ni = x1_in[0];
   const V x1_e13ni = x1_in[1];
@@ -2089,7 +2089,7 @@ BS_INLINE void FN(cga3d_interpolate_far_any_line_any_line_number_number)(V *REST
 }
 
 /* cga3d_interpolate_far_any_circle_any_circle_number_number: `interpolate` in coordinates about a local origin: ``distance`` is how far away the objects were given. 159 mul, 121 add, 90 other. */
-BS_INLINE void FN(cga3d_interpolate_far_any_circle_any_circle_number_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_interpolate_far_any_circle_any_circle_number_number)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10), BS_APART(const V, alpha_in, 1), BS_APART(const V, distance_in, 1))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -2287,7 +2287,7 @@ BS_INLINE void FN(cga3d_interpolate_far_any_circle_any_circle_number_number)(V *
 }
 
 /* cga3d_interpolate_far_any_plane_any_plane_number_number: `interpolate` in coordinates about a local origin: ``distance`` is how far away the objects were given. 21 mul, 21 add, 35 other. */
-BS_INLINE void FN(cga3d_interpolate_far_any_plane_any_plane_number_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_interpolate_far_any_plane_any_plane_number_number)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x1_in, 4), BS_APART(const V, x2_in, 4), BS_APART(const V, alpha_in, 1), BS_APART(const V, distance_in, 1))
 {
   const V x1_e123ni = x1_in[0];
   const V x1_e12noni = x1_in[1];
@@ -2364,7 +2364,7 @@ BS_INLINE void FN(cga3d_interpolate_far_any_plane_any_plane_number_number)(V *RE
 }
 
 /* cga3d_interpolate_far_any_sphere_any_sphere_number_number: `interpolate` in coordinates about a local origin: ``distance`` is how far away the objects were given. 34 mul, 32 add, 43 other. */
-BS_INLINE void FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5), BS_APART(const V, alpha_in, 1), BS_APART(const V, distance_in, 1))
 {
   const V x1_e123no = x1_in[0];
   const V x1_e123ni = x1_in[1];
@@ -2460,7 +2460,7 @@ BS_INLINE void FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number)(V *
 }
 
 /* cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_number: `interpolate_rate` in coordinates about a local origin. 328 mul, 218 add, 94 other. */
-BS_INLINE void FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_number)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10), BS_APART(const V, alpha_in, 1), BS_APART(const V, distance_in, 1))
 {
   const V x1_e12 = x1_in[0];
   const V x1_e13 = x1_in[1];
@@ -2710,7 +2710,7 @@ BS_INLINE void FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_numbe
 }
 
 /* cga3d_interpolate_far_rate_any_line_any_line_number_number: `interpolate_rate` in coordinates about a local origin. 90 mul, 56 add, 40 other. */
-BS_INLINE void FN(cga3d_interpolate_far_rate_any_line_any_line_number_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_interpolate_far_rate_any_line_any_line_number_number)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6), BS_APART(const V, alpha_in, 1), BS_APART(const V, distance_in, 1))
 {
   const V x1_e12ni = x1_in[0];
   const V x1_e13ni = x1_in[1];
@@ -2817,7 +2817,7 @@ BS_INLINE void FN(cga3d_interpolate_far_rate_any_line_any_line_number_number)(V 
 }
 
 /* cga3d_interpolate_far_rate_any_circle_any_circle_number_number: `interpolate_rate` in coordinates about a local origin. 305 mul, 263 add, 94 other. */
-BS_INLINE void FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10), BS_APART(const V, alpha_in, 1), BS_APART(const V, distance_in, 1))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -3100,7 +3100,7 @@ BS_INLINE void FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number
 }
 
 /* cga3d_interpolate_far_rate_any_plane_any_plane_number_number: `interpolate_rate` in coordinates about a local origin. 42 mul, 33 add, 35 other. */
-BS_INLINE void FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x1_in, 4), BS_APART(const V, x2_in, 4), BS_APART(const V, alpha_in, 1), BS_APART(const V, distance_in, 1))
 {
   const V x1_e123ni = x1_in[0];
   const V x1_e12noni = x1_in[1];
@@ -3179,7 +3179,7 @@ BS_INLINE void FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number)(
 }
 
 /* cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number: `interpolate_rate` in coordinates about a local origin. 60 mul, 51 add, 43 other. */
-BS_INLINE void FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT alpha_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5), BS_APART(const V, alpha_in, 1), BS_APART(const V, distance_in, 1))
 {
   const V x1_e123no = x1_in[0];
   const V x1_e123ni = x1_in[1];
@@ -3283,7 +3283,8 @@ BS_INLINE void FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -7,7 +7,7 @@
 #include "elementary.h"
 
 /* cga3d_exp_bivector_bivector: exp(B) = (C1 + S1 B1) (C2 + S2 B2) with C = cosh(sqrt l), S = sinh(sqrt l)/sqrt l, for any signs of l1, l2. 161 mul, 74 add, 56 other. */
-BS_INLINE void FN(cga3d_exp_bivector_bivector)(V *RESTRICT out, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_exp_bivector_bivector)(BS_APART(V, out, 16), BS_APART(const V, b_in, 10))
 {
   const V b_e12 = b_in[0];
   const V b_e13 = b_in[1];
@@ -130,7 +130,7 @@ BS_INLINE void FN(cga3d_exp_bivector_bivector)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_log_rotor_even: The b with exp(b) = r, for any unit rotor r; the angle of its rotation is in [0, 2 pi). 1256 mul, 832 add, 408 other. */
-BS_INLINE void FN(cga3d_log_rotor_even)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_log_rotor_even)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, r_in, 16))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -827,7 +827,7 @@ BS_INLINE void FN(cga3d_log_rotor_even)(V *RESTRICT out, V *RESTRICT status, con
 }
 
 /* cga3d_log_rotor_dilator: The b with exp(b) = r, for any unit rotor r; the angle of its rotation is in [0, 2 pi). 11 mul, 11 add, 41 other. */
-BS_INLINE void FN(cga3d_log_rotor_dilator)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_log_rotor_dilator)(BS_APART(V, out, 1), BS_APART(V, status, 1), BS_APART(const V, r_in, 2))
 {
   const V r_s = r_in[0];
   const V r_noni = r_in[1];
@@ -880,7 +880,7 @@ BS_INLINE void FN(cga3d_log_rotor_dilator)(V *RESTRICT out, V *RESTRICT status, 
 }
 
 /* cga3d_log_rotor_homothety: The b with exp(b) = r, for any unit rotor r; the angle of its rotation is in [0, 2 pi). 14 mul, 14 add, 47 other. */
-BS_INLINE void FN(cga3d_log_rotor_homothety)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_log_rotor_homothety)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, r_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e1ni = r_in[1];
@@ -946,7 +946,7 @@ BS_INLINE void FN(cga3d_log_rotor_homothety)(V *RESTRICT out, V *RESTRICT status
 }
 
 /* cga3d_sqrt_rotor_even: exp(log(r)/2), with the statuses of `log_rotor`: half angles of both parts, without functions of angles. 1428 mul, 945 add, 383 other. */
-BS_INLINE void FN(cga3d_sqrt_rotor_even)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_sqrt_rotor_even)(BS_APART(V, out, 16), BS_APART(V, status, 1), BS_APART(const V, r_in, 16))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1644,7 +1644,7 @@ BS_INLINE void FN(cga3d_sqrt_rotor_even)(V *RESTRICT out, V *RESTRICT status, co
 }
 
 /* cga3d_sqrt_rotor_dilator: exp(log(r)/2), with the statuses of `log_rotor`: half angles of both parts, without functions of angles. 9 mul, 8 add, 27 other. */
-BS_INLINE void FN(cga3d_sqrt_rotor_dilator)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_sqrt_rotor_dilator)(BS_APART(V, out, 2), BS_APART(V, status, 1), BS_APART(const V, r_in, 2))
 {
   const V r_s = r_in[0];
   const V r_noni = r_in[1];
@@ -1683,7 +1683,7 @@ BS_INLINE void FN(cga3d_sqrt_rotor_dilator)(V *RESTRICT out, V *RESTRICT status,
 }
 
 /* cga3d_sqrt_rotor_homothety: exp(log(r)/2), with the statuses of `log_rotor`: half angles of both parts, without functions of angles. 12 mul, 11 add, 33 other. */
-BS_INLINE void FN(cga3d_sqrt_rotor_homothety)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_sqrt_rotor_homothety)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, r_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e1ni = r_in[1];
@@ -1735,7 +1735,8 @@ BS_INLINE void FN(cga3d_sqrt_rotor_homothety)(V *RESTRICT out, V *RESTRICT statu
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_anchor_point: Position of a point; else of the projection of the origin on the object: on flats the point nearest to it. 3 mul, 0 add, 1 other. */
-BS_INLINE void FN(cga3d_anchor_point)(V *RESTRICT out, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_anchor_point)(BS_APART(V, out, 3), BS_APART(const V, x_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -19,7 +19,7 @@ BS_INLINE void FN(cga3d_anchor_point)(V *RESTRICT out, const V *RESTRICT x_in)
 }
 
 /* cga3d_anchor_point_pair: Position of a point; else of the projection of the origin on the object: on flats the point nearest to it. 16 mul, 9 add, 1 other. */
-BS_INLINE void FN(cga3d_anchor_point_pair)(V *RESTRICT out, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_anchor_point_pair)(BS_APART(V, out, 3), BS_APART(const V, x_in, 10))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -38,7 +38,7 @@ BS_INLINE void FN(cga3d_anchor_point_pair)(V *RESTRICT out, const V *RESTRICT x_
 }
 
 /* cga3d_anchor_line: Position of a point; else of the projection of the origin on the object: on flats the point nearest to it. 6 mul, 3 add. */
-BS_INLINE void FN(cga3d_anchor_line)(V *RESTRICT out, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_anchor_line)(BS_APART(V, out, 3), BS_APART(const V, x_in, 6))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -52,7 +52,7 @@ BS_INLINE void FN(cga3d_anchor_line)(V *RESTRICT out, const V *RESTRICT x_in)
 }
 
 /* cga3d_anchor_circle: Position of a point; else of the projection of the origin on the object: on flats the point nearest to it. 16 mul, 10 add, 1 other. */
-BS_INLINE void FN(cga3d_anchor_circle)(V *RESTRICT out, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_anchor_circle)(BS_APART(V, out, 3), BS_APART(const V, x_in, 10))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -72,7 +72,7 @@ BS_INLINE void FN(cga3d_anchor_circle)(V *RESTRICT out, const V *RESTRICT x_in)
 }
 
 /* cga3d_anchor_plane: Position of a point; else of the projection of the origin on the object: on flats the point nearest to it. 3 mul, 0 add. */
-BS_INLINE void FN(cga3d_anchor_plane)(V *RESTRICT out, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_anchor_plane)(BS_APART(V, out, 3), BS_APART(const V, x_in, 4))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -84,7 +84,7 @@ BS_INLINE void FN(cga3d_anchor_plane)(V *RESTRICT out, const V *RESTRICT x_in)
 }
 
 /* cga3d_anchor_sphere: Position of a point; else of the projection of the origin on the object: on flats the point nearest to it. 5 mul, 1 add, 1 other. */
-BS_INLINE void FN(cga3d_anchor_sphere)(V *RESTRICT out, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_anchor_sphere)(BS_APART(V, out, 3), BS_APART(const V, x_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -99,7 +99,7 @@ BS_INLINE void FN(cga3d_anchor_sphere)(V *RESTRICT out, const V *RESTRICT x_in)
 }
 
 /* cga3d_nearest_point_euclidean: `anchor` as seen from another origin. 6 mul, 6 add, 9 other. */
-BS_INLINE void FN(cga3d_nearest_point_euclidean)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_nearest_point_euclidean)(BS_APART(V, out, 3), BS_APART(const V, x_in, 5), BS_APART(const V, o_in, 3))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -123,7 +123,7 @@ BS_INLINE void FN(cga3d_nearest_point_euclidean)(V *RESTRICT out, const V *RESTR
 }
 
 /* cga3d_nearest_point_pair_euclidean: `anchor` as seen from another origin. 82 mul, 75 add, 49 other. */
-BS_INLINE void FN(cga3d_nearest_point_pair_euclidean)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_nearest_point_pair_euclidean)(BS_APART(V, out, 3), BS_APART(const V, x_in, 10), BS_APART(const V, o_in, 3))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -218,7 +218,7 @@ BS_INLINE void FN(cga3d_nearest_point_pair_euclidean)(V *RESTRICT out, const V *
 }
 
 /* cga3d_nearest_line_euclidean: `anchor` as seen from another origin. 21 mul, 14 add, 15 other. */
-BS_INLINE void FN(cga3d_nearest_line_euclidean)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_nearest_line_euclidean)(BS_APART(V, out, 3), BS_APART(const V, x_in, 6), BS_APART(const V, o_in, 3))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -253,7 +253,7 @@ BS_INLINE void FN(cga3d_nearest_line_euclidean)(V *RESTRICT out, const V *RESTRI
 }
 
 /* cga3d_nearest_circle_euclidean: `anchor` as seen from another origin. 91 mul, 81 add, 55 other. */
-BS_INLINE void FN(cga3d_nearest_circle_euclidean)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_nearest_circle_euclidean)(BS_APART(V, out, 3), BS_APART(const V, x_in, 10), BS_APART(const V, o_in, 3))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -353,7 +353,7 @@ BS_INLINE void FN(cga3d_nearest_circle_euclidean)(V *RESTRICT out, const V *REST
 }
 
 /* cga3d_nearest_plane_euclidean: `anchor` as seen from another origin. 13 mul, 8 add, 11 other. */
-BS_INLINE void FN(cga3d_nearest_plane_euclidean)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_nearest_plane_euclidean)(BS_APART(V, out, 3), BS_APART(const V, x_in, 4), BS_APART(const V, o_in, 3))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -382,7 +382,7 @@ BS_INLINE void FN(cga3d_nearest_plane_euclidean)(V *RESTRICT out, const V *RESTR
 }
 
 /* cga3d_nearest_sphere_euclidean: `anchor` as seen from another origin. 34 mul, 28 add, 36 other. */
-BS_INLINE void FN(cga3d_nearest_sphere_euclidean)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_nearest_sphere_euclidean)(BS_APART(V, out, 3), BS_APART(const V, x_in, 5), BS_APART(const V, o_in, 3))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -442,7 +442,7 @@ BS_INLINE void FN(cga3d_nearest_sphere_euclidean)(V *RESTRICT out, const V *REST
 }
 
 /* cga3d_inward_point_euclidean: x as seen from the origin o, ~T x T for the translator T to o, without the rounding of far squares. 10 mul, 5 add, 9 other. */
-BS_INLINE void FN(cga3d_inward_point_euclidean)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_inward_point_euclidean)(BS_APART(V, out, 5), BS_APART(const V, x_in, 5), BS_APART(const V, o_in, 3))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -471,7 +471,7 @@ BS_INLINE void FN(cga3d_inward_point_euclidean)(V *RESTRICT out, const V *RESTRI
 }
 
 /* cga3d_inward_point_pair_euclidean: x as seen from the origin o, ~T x T for the translator T to o, without the rounding of far squares. 66 mul, 61 add, 48 other. */
-BS_INLINE void FN(cga3d_inward_point_pair_euclidean)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_inward_point_pair_euclidean)(BS_APART(V, out, 10), BS_APART(const V, x_in, 10), BS_APART(const V, o_in, 3))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -570,7 +570,7 @@ BS_INLINE void FN(cga3d_inward_point_pair_euclidean)(V *RESTRICT out, const V *R
 }
 
 /* cga3d_inward_line_euclidean: x as seen from the origin o, ~T x T for the translator T to o, without the rounding of far squares. 26 mul, 13 add, 15 other. */
-BS_INLINE void FN(cga3d_inward_line_euclidean)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_inward_line_euclidean)(BS_APART(V, out, 6), BS_APART(const V, x_in, 6), BS_APART(const V, o_in, 3))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -607,7 +607,7 @@ BS_INLINE void FN(cga3d_inward_line_euclidean)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_inward_circle_euclidean: x as seen from the origin o, ~T x T for the translator T to o, without the rounding of far squares. 72 mul, 69 add, 54 other. */
-BS_INLINE void FN(cga3d_inward_circle_euclidean)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_inward_circle_euclidean)(BS_APART(V, out, 10), BS_APART(const V, x_in, 10), BS_APART(const V, o_in, 3))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -716,7 +716,7 @@ BS_INLINE void FN(cga3d_inward_circle_euclidean)(V *RESTRICT out, const V *RESTR
 }
 
 /* cga3d_inward_plane_euclidean: x as seen from the origin o, ~T x T for the translator T to o, without the rounding of far squares. 10 mul, 5 add, 10 other. */
-BS_INLINE void FN(cga3d_inward_plane_euclidean)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_inward_plane_euclidean)(BS_APART(V, out, 4), BS_APART(const V, x_in, 4), BS_APART(const V, o_in, 3))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -742,7 +742,7 @@ BS_INLINE void FN(cga3d_inward_plane_euclidean)(V *RESTRICT out, const V *RESTRI
 }
 
 /* cga3d_inward_sphere_euclidean: x as seen from the origin o, ~T x T for the translator T to o, without the rounding of far squares. 26 mul, 22 add, 35 other. */
-BS_INLINE void FN(cga3d_inward_sphere_euclidean)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT o_in)
+BS_INLINE void FN(cga3d_inward_sphere_euclidean)(BS_APART(V, out, 5), BS_APART(const V, x_in, 5), BS_APART(const V, o_in, 3))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_geometric_dense_multivector_multivector: Geometric product of dense multivectors of 3D CGA, through 4 x 4 complex matrices. 320 mul, 368 add. */
-BS_INLINE void FN(cga3d_geometric_dense_multivector_multivector)(V *RESTRICT out, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(cga3d_geometric_dense_multivector_multivector)(BS_APART(V, out, 32), BS_APART(const V, a_in, 32), BS_APART(const V, b_in, 32))
 {
   const V a_s = a_in[0];
   const V a_e1 = a_in[1];

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_screw_of_euclidean_euclidean: a I3 + b n of two vectors. 0 mul, 0 add. */
-BS_INLINE void FN(cga3d_screw_of_euclidean_euclidean)(V *RESTRICT out, const V *RESTRICT first_in, const V *RESTRICT second_in)
+BS_INLINE void FN(cga3d_screw_of_euclidean_euclidean)(BS_APART(V, out, 6), BS_APART(const V, first_in, 3), BS_APART(const V, second_in, 3))
 {
   const V first_e1 = first_in[0];
   const V first_e2 = first_in[1];
@@ -23,7 +23,7 @@ BS_INLINE void FN(cga3d_screw_of_euclidean_euclidean)(V *RESTRICT out, const V *
 }
 
 /* cga3d_screw_vectors_twist: a and b of a I3 + b n. 0 mul, 0 add. */
-BS_INLINE void FN(cga3d_screw_vectors_twist)(V *RESTRICT first, V *RESTRICT second, const V *RESTRICT screw_in)
+BS_INLINE void FN(cga3d_screw_vectors_twist)(BS_APART(V, first, 3), BS_APART(V, second, 3), BS_APART(const V, screw_in, 6))
 {
   const V screw_e12 = screw_in[0];
   const V screw_e13 = screw_in[1];
@@ -40,7 +40,7 @@ BS_INLINE void FN(cga3d_screw_vectors_twist)(V *RESTRICT first, V *RESTRICT seco
 }
 
 /* cga3d_wrench_at_euclidean_euclidean: f I3 + (p x f) n. 6 mul, 3 add. */
-BS_INLINE void FN(cga3d_wrench_at_euclidean_euclidean)(V *RESTRICT out, const V *RESTRICT force_in, const V *RESTRICT position_in)
+BS_INLINE void FN(cga3d_wrench_at_euclidean_euclidean)(BS_APART(V, out, 6), BS_APART(const V, force_in, 3), BS_APART(const V, position_in, 3))
 {
   const V force_e1 = force_in[0];
   const V force_e2 = force_in[1];
@@ -57,7 +57,7 @@ BS_INLINE void FN(cga3d_wrench_at_euclidean_euclidean)(V *RESTRICT out, const V 
 }
 
 /* cga3d_velocity_at_twist_euclidean: v + w x p. 6 mul, 6 add. */
-BS_INLINE void FN(cga3d_velocity_at_twist_euclidean)(V *RESTRICT out, const V *RESTRICT omega_in, const V *RESTRICT position_in)
+BS_INLINE void FN(cga3d_velocity_at_twist_euclidean)(BS_APART(V, out, 3), BS_APART(const V, omega_in, 6), BS_APART(const V, position_in, 3))
 {
   const V omega_e12 = omega_in[0];
   const V omega_e13 = omega_in[1];
@@ -74,7 +74,7 @@ BS_INLINE void FN(cga3d_velocity_at_twist_euclidean)(V *RESTRICT out, const V *R
 }
 
 /* cga3d_power_twist_twist: w . tau + v . f: the coefficient of I3 n in Omega ^ W. 6 mul, 5 add. */
-BS_INLINE void FN(cga3d_power_twist_twist)(V *RESTRICT out, const V *RESTRICT twist_in, const V *RESTRICT wrench_in)
+BS_INLINE void FN(cga3d_power_twist_twist)(BS_APART(V, out, 1), BS_APART(const V, twist_in, 6), BS_APART(const V, wrench_in, 6))
 {
   const V twist_e12 = twist_in[0];
   const V twist_e13 = twist_in[1];
@@ -93,7 +93,7 @@ BS_INLINE void FN(cga3d_power_twist_twist)(V *RESTRICT out, const V *RESTRICT tw
 }
 
 /* cga3d_momentum_in_motor_number_euclidean_twist: Q(Omega) where a motor takes the frame of the principal axes to the one at hand (6.15). 150 mul, 116 add. */
-BS_INLINE void FN(cga3d_momentum_in_motor_number_euclidean_twist)(V *RESTRICT out, const V *RESTRICT frame_in, const V *RESTRICT mass_in, const V *RESTRICT moments_in, const V *RESTRICT omega_in)
+BS_INLINE void FN(cga3d_momentum_in_motor_number_euclidean_twist)(BS_APART(V, out, 6), BS_APART(const V, frame_in, 8), BS_APART(const V, mass_in, 1), BS_APART(const V, moments_in, 3), BS_APART(const V, omega_in, 6))
 {
   const V frame_s = frame_in[0];
   const V frame_e12 = frame_in[1];
@@ -150,7 +150,7 @@ BS_INLINE void FN(cga3d_momentum_in_motor_number_euclidean_twist)(V *RESTRICT ou
 }
 
 /* cga3d_covector_of_twist: `covector`, as a row. 0 mul, 0 add. */
-BS_INLINE void FN(cga3d_covector_of_twist)(V *RESTRICT covector, const V *RESTRICT wrench_in)
+BS_INLINE void FN(cga3d_covector_of_twist)(BS_APART(V, covector, 6), BS_APART(const V, wrench_in, 6))
 {
   const V wrench_e12 = wrench_in[0];
   const V wrench_e13 = wrench_in[1];

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_point_on_circle_euclidean_number_rotor_euclidean: c + r R x ~R: where T(c) D(r) R takes a point of the unit circle. 21 mul, 15 add. */
-BS_INLINE void FN(cga3d_point_on_circle_euclidean_number_rotor_euclidean)(V *RESTRICT out, const V *RESTRICT center_in, const V *RESTRICT radius_in, const V *RESTRICT rotor_in, const V *RESTRICT spoke_in)
+BS_INLINE void FN(cga3d_point_on_circle_euclidean_number_rotor_euclidean)(BS_APART(V, out, 3), BS_APART(const V, center_in, 3), BS_APART(const V, radius_in, 1), BS_APART(const V, rotor_in, 4), BS_APART(const V, spoke_in, 3))
 {
   const V center_e1 = center_in[0];
   const V center_e2 = center_in[1];
@@ -31,7 +31,7 @@ BS_INLINE void FN(cga3d_point_on_circle_euclidean_number_rotor_euclidean)(V *RES
 }
 
 /* cga3d_interpolate_position_euclidean_euclidean_number: The position from a (fraction 0) to b (fraction 1). 3 mul, 6 add. */
-BS_INLINE void FN(cga3d_interpolate_position_euclidean_euclidean_number)(V *RESTRICT out, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT fraction_in)
+BS_INLINE void FN(cga3d_interpolate_position_euclidean_euclidean_number)(BS_APART(V, out, 3), BS_APART(const V, a_in, 3), BS_APART(const V, b_in, 3), BS_APART(const V, fraction_in, 1))
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -46,7 +46,7 @@ BS_INLINE void FN(cga3d_interpolate_position_euclidean_euclidean_number)(V *REST
 }
 
 /* cga3d_swept_normal_euclidean_circle_any_circle: Unit normal at a position on the surface that a circle or line C sweeps at the rate dC (4.17 to 4.25). 116 mul, 102 add, 37 other. */
-BS_INLINE void FN(cga3d_swept_normal_euclidean_circle_any_circle)(V *RESTRICT out, const V *RESTRICT position_in, const V *RESTRICT carrier_in, const V *RESTRICT rate_in)
+BS_INLINE void FN(cga3d_swept_normal_euclidean_circle_any_circle)(BS_APART(V, out, 3), BS_APART(const V, position_in, 3), BS_APART(const V, carrier_in, 10), BS_APART(const V, rate_in, 10))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -142,7 +142,7 @@ BS_INLINE void FN(cga3d_swept_normal_euclidean_circle_any_circle)(V *RESTRICT ou
 }
 
 /* cga3d_segment_normal_euclidean_point_pair_any_point_pair: Unit normal at a position on the surface that the segment of a point pair sweeps (4.7.2, by its carrier). 47 mul, 39 add, 33 other. */
-BS_INLINE void FN(cga3d_segment_normal_euclidean_point_pair_any_point_pair)(V *RESTRICT out, const V *RESTRICT position_in, const V *RESTRICT pair_in, const V *RESTRICT rate_in)
+BS_INLINE void FN(cga3d_segment_normal_euclidean_point_pair_any_point_pair)(BS_APART(V, out, 3), BS_APART(const V, position_in, 3), BS_APART(const V, pair_in, 10), BS_APART(const V, rate_in, 10))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];

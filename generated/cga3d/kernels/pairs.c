@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_pair_about_euclidean_euclidean: The unit pair A ^ B with A = middle - half, B = middle + half. SINGULAR: the half is zero. 40 mul, 15 add, 21 other. */
-BS_INLINE void FN(cga3d_pair_about_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT middle_in, const V *RESTRICT half_in)
+BS_INLINE void FN(cga3d_pair_about_euclidean_euclidean)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, middle_in, 3), BS_APART(const V, half_in, 3))
 {
   const V middle_e1 = middle_in[0];
   const V middle_e2 = middle_in[1];
@@ -61,7 +61,7 @@ BS_INLINE void FN(cga3d_pair_about_euclidean_euclidean)(V *RESTRICT out, V *REST
 }
 
 /* cga3d_pair_middle_half_point_pair: Middle and half vector of a unit point pair. SINGULAR: it is a flat point. 18 mul, 8 add, 6 other. */
-BS_INLINE void FN(cga3d_pair_middle_half_point_pair)(V *RESTRICT middle, V *RESTRICT half, V *RESTRICT status, const V *RESTRICT pair_in)
+BS_INLINE void FN(cga3d_pair_middle_half_point_pair)(BS_APART(V, middle, 3), BS_APART(V, half, 3), BS_APART(V, status, 1), BS_APART(const V, pair_in, 10))
 {
   const V pair_e12 = pair_in[0];
   const V pair_e13 = pair_in[1];
@@ -91,7 +91,8 @@ BS_INLINE void FN(cga3d_pair_middle_half_point_pair)(V *RESTRICT middle, V *REST
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_center_axis_curvature_point_pair: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 27 mul, 10 add, 20 other. */
-BS_INLINE void FN(cga3d_center_axis_curvature_point_pair)(V *RESTRICT center, V *RESTRICT axis, V *RESTRICT curvature, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_center_axis_curvature_point_pair)(BS_APART(V, center, 3), BS_APART(V, axis, 3), BS_APART(V, curvature, 1), BS_APART(const V, x_in, 10))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -49,7 +49,7 @@ BS_INLINE void FN(cga3d_center_axis_curvature_point_pair)(V *RESTRICT center, V 
 }
 
 /* cga3d_center_axis_curvature_circle: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 30 mul, 13 add, 16 other. */
-BS_INLINE void FN(cga3d_center_axis_curvature_circle)(V *RESTRICT center, V *RESTRICT axis, V *RESTRICT curvature, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_center_axis_curvature_circle)(BS_APART(V, center, 3), BS_APART(V, axis, 3), BS_APART(V, curvature, 1), BS_APART(const V, x_in, 10))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -89,7 +89,7 @@ BS_INLINE void FN(cga3d_center_axis_curvature_circle)(V *RESTRICT center, V *RES
 }
 
 /* cga3d_center_axis_curvature_sphere: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 15 mul, 1 add, 16 other. */
-BS_INLINE void FN(cga3d_center_axis_curvature_sphere)(V *RESTRICT center, V *RESTRICT axis, V *RESTRICT curvature, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_center_axis_curvature_sphere)(BS_APART(V, center, 3), BS_APART(V, axis, 3), BS_APART(V, curvature, 1), BS_APART(const V, x_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -124,7 +124,7 @@ BS_INLINE void FN(cga3d_center_axis_curvature_sphere)(V *RESTRICT center, V *RES
 }
 
 /* cga3d_half_rotations_euclidean_euclidean: Half a turn that takes the object there to its negative, and half of that. 43 mul, 21 add, 21 other. */
-BS_INLINE void FN(cga3d_half_rotations_euclidean_euclidean)(V *RESTRICT half, V *RESTRICT quarter, const V *RESTRICT center_in, const V *RESTRICT axis_in)
+BS_INLINE void FN(cga3d_half_rotations_euclidean_euclidean)(BS_APART(V, half, 8), BS_APART(V, quarter, 9), BS_APART(const V, center_in, 3), BS_APART(const V, axis_in, 3))
 {
   const V center_e1 = center_in[0];
   const V center_e2 = center_in[1];
@@ -183,7 +183,7 @@ BS_INLINE void FN(cga3d_half_rotations_euclidean_euclidean)(V *RESTRICT half, V 
 }
 
 /* cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_number: Translation, rotation and scaling from one place to another (4.10, dilation exp(-g/2 E0), g = ln(r2/r1)). 132 mul, 88 add, 60 other. */
-BS_INLINE void FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT center1_in, const V *RESTRICT axis1_in, const V *RESTRICT curvature1_in, const V *RESTRICT center2_in, const V *RESTRICT axis2_in, const V *RESTRICT curvature2_in)
+BS_INLINE void FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_number)(BS_APART(V, out, 12), BS_APART(V, status, 1), BS_APART(const V, center1_in, 3), BS_APART(const V, axis1_in, 3), BS_APART(const V, curvature1_in, 1), BS_APART(const V, center2_in, 3), BS_APART(const V, axis2_in, 3), BS_APART(const V, curvature2_in, 1))
 {
   const V center1_e1 = center1_in[0];
   const V center1_e2 = center1_in[1];
@@ -324,7 +324,8 @@ BS_INLINE void FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidea
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_geometric_motor_motor: Geometric product x y. 48 mul, 40 add. */
-BS_INLINE void FN(cga3d_geometric_motor_motor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_geometric_motor_motor)(BS_APART(V, out, 8), BS_APART(const V, x_in, 8), BS_APART(const V, y_in, 8))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -39,7 +39,7 @@ BS_INLINE void FN(cga3d_geometric_motor_motor)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_geometric_rotor_rotor: Geometric product x y. 16 mul, 12 add. */
-BS_INLINE void FN(cga3d_geometric_rotor_rotor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_geometric_rotor_rotor)(BS_APART(V, out, 4), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -56,7 +56,7 @@ BS_INLINE void FN(cga3d_geometric_rotor_rotor)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_geometric_even_even: Geometric product x y. 160 mul, 168 add. */
-BS_INLINE void FN(cga3d_geometric_even_even)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_geometric_even_even)(BS_APART(V, out, 16), BS_APART(const V, x_in, 16), BS_APART(const V, y_in, 16))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -149,7 +149,7 @@ BS_INLINE void FN(cga3d_geometric_even_even)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* cga3d_geometric_translator_rotor: Geometric product x y. 12 mul, 8 add. */
-BS_INLINE void FN(cga3d_geometric_translator_rotor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_geometric_translator_rotor)(BS_APART(V, out, 8), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_e1ni = x_in[1];
   const V x_e2ni = x_in[2];
@@ -169,7 +169,7 @@ BS_INLINE void FN(cga3d_geometric_translator_rotor)(V *RESTRICT out, const V *RE
 }
 
 /* cga3d_geometric_rotor_translator: Geometric product x y. 12 mul, 8 add. */
-BS_INLINE void FN(cga3d_geometric_rotor_translator)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_geometric_rotor_translator)(BS_APART(V, out, 8), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -189,7 +189,7 @@ BS_INLINE void FN(cga3d_geometric_rotor_translator)(V *RESTRICT out, const V *RE
 }
 
 /* cga3d_geometric_motor_any_motor: Geometric product x y. 48 mul, 40 add. */
-BS_INLINE void FN(cga3d_geometric_motor_any_motor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_geometric_motor_any_motor)(BS_APART(V, out, 8), BS_APART(const V, x_in, 8), BS_APART(const V, y_in, 8))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -222,7 +222,7 @@ BS_INLINE void FN(cga3d_geometric_motor_any_motor)(V *RESTRICT out, const V *RES
 }
 
 /* cga3d_geometric_any_motor_any_motor: Geometric product x y. 48 mul, 40 add. */
-BS_INLINE void FN(cga3d_geometric_any_motor_any_motor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_geometric_any_motor_any_motor)(BS_APART(V, out, 8), BS_APART(const V, x_in, 8), BS_APART(const V, y_in, 8))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -255,7 +255,7 @@ BS_INLINE void FN(cga3d_geometric_any_motor_any_motor)(V *RESTRICT out, const V 
 }
 
 /* cga3d_outer_multivector_multivector: Outer product x ^ y. 243 mul, 211 add. */
-BS_INLINE void FN(cga3d_outer_multivector_multivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_outer_multivector_multivector)(BS_APART(V, out, 32), BS_APART(const V, x_in, 32), BS_APART(const V, y_in, 32))
 {
   const V x_s = x_in[0];
   const V x_e1 = x_in[1];
@@ -372,7 +372,7 @@ BS_INLINE void FN(cga3d_outer_multivector_multivector)(V *RESTRICT out, const V 
 }
 
 /* cga3d_outer_vector_vector: Outer product x ^ y. 20 mul, 10 add. */
-BS_INLINE void FN(cga3d_outer_vector_vector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_outer_vector_vector)(BS_APART(V, out, 10), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -397,7 +397,7 @@ BS_INLINE void FN(cga3d_outer_vector_vector)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* cga3d_outer_bivector_vector: Outer product x ^ y. 30 mul, 20 add. */
-BS_INLINE void FN(cga3d_outer_bivector_vector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_outer_bivector_vector)(BS_APART(V, out, 10), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 5))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -427,7 +427,7 @@ BS_INLINE void FN(cga3d_outer_bivector_vector)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_outer_trivector_vector: Outer product x ^ y. 20 mul, 15 add. */
-BS_INLINE void FN(cga3d_outer_trivector_vector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_outer_trivector_vector)(BS_APART(V, out, 5), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 5))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -452,7 +452,7 @@ BS_INLINE void FN(cga3d_outer_trivector_vector)(V *RESTRICT out, const V *RESTRI
 }
 
 /* cga3d_inner_multivector_multivector: Inner product of thesis 1.2.2, zero with scalars. 363 mul, 360 add. */
-BS_INLINE void FN(cga3d_inner_multivector_multivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_inner_multivector_multivector)(BS_APART(V, out, 31), BS_APART(const V, x_in, 32), BS_APART(const V, y_in, 32))
 {
   const V x_e1 = x_in[1];
   const V x_e2 = x_in[2];
@@ -576,7 +576,7 @@ BS_INLINE void FN(cga3d_inner_multivector_multivector)(V *RESTRICT out, const V 
 }
 
 /* cga3d_inner_vector_vector: Inner product of thesis 1.2.2, zero with scalars. 5 mul, 4 add. */
-BS_INLINE void FN(cga3d_inner_vector_vector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_inner_vector_vector)(BS_APART(V, out, 1), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -592,7 +592,7 @@ BS_INLINE void FN(cga3d_inner_vector_vector)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* cga3d_regressive_line_plane: Regressive product x & y: the meet in CGA, the join in PGA. 12 mul, 8 add. */
-BS_INLINE void FN(cga3d_regressive_line_plane)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_regressive_line_plane)(BS_APART(V, out, 4), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 4))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -611,7 +611,7 @@ BS_INLINE void FN(cga3d_regressive_line_plane)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_regressive_line_sphere: Regressive product x & y: the meet in CGA, the join in PGA. 18 mul, 8 add. */
-BS_INLINE void FN(cga3d_regressive_line_sphere)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_regressive_line_sphere)(BS_APART(V, out, 10), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 5))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -637,7 +637,7 @@ BS_INLINE void FN(cga3d_regressive_line_sphere)(V *RESTRICT out, const V *RESTRI
 }
 
 /* cga3d_regressive_line_circle: Regressive product x & y: the meet in CGA, the join in PGA. 18 mul, 13 add. */
-BS_INLINE void FN(cga3d_regressive_line_circle)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_regressive_line_circle)(BS_APART(V, out, 5), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 10))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -664,7 +664,7 @@ BS_INLINE void FN(cga3d_regressive_line_circle)(V *RESTRICT out, const V *RESTRI
 }
 
 /* cga3d_regressive_plane_plane: Regressive product x & y: the meet in CGA, the join in PGA. 12 mul, 6 add. */
-BS_INLINE void FN(cga3d_regressive_plane_plane)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_regressive_plane_plane)(BS_APART(V, out, 6), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -683,7 +683,7 @@ BS_INLINE void FN(cga3d_regressive_plane_plane)(V *RESTRICT out, const V *RESTRI
 }
 
 /* cga3d_regressive_plane_sphere: Regressive product x & y: the meet in CGA, the join in PGA. 16 mul, 6 add. */
-BS_INLINE void FN(cga3d_regressive_plane_sphere)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_regressive_plane_sphere)(BS_APART(V, out, 10), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 5))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -707,7 +707,7 @@ BS_INLINE void FN(cga3d_regressive_plane_sphere)(V *RESTRICT out, const V *RESTR
 }
 
 /* cga3d_regressive_sphere_plane: Regressive product x & y: the meet in CGA, the join in PGA. 16 mul, 6 add. */
-BS_INLINE void FN(cga3d_regressive_sphere_plane)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_regressive_sphere_plane)(BS_APART(V, out, 10), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 4))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -731,7 +731,7 @@ BS_INLINE void FN(cga3d_regressive_sphere_plane)(V *RESTRICT out, const V *RESTR
 }
 
 /* cga3d_regressive_sphere_sphere: Regressive product x & y: the meet in CGA, the join in PGA. 20 mul, 10 add. */
-BS_INLINE void FN(cga3d_regressive_sphere_sphere)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_regressive_sphere_sphere)(BS_APART(V, out, 10), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -756,7 +756,7 @@ BS_INLINE void FN(cga3d_regressive_sphere_sphere)(V *RESTRICT out, const V *REST
 }
 
 /* cga3d_regressive_trivector_quadvector: Regressive product x & y: the meet in CGA, the join in PGA. 30 mul, 20 add. */
-BS_INLINE void FN(cga3d_regressive_trivector_quadvector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_regressive_trivector_quadvector)(BS_APART(V, out, 10), BS_APART(const V, x_in, 10), BS_APART(const V, y_in, 5))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -786,7 +786,7 @@ BS_INLINE void FN(cga3d_regressive_trivector_quadvector)(V *RESTRICT out, const 
 }
 
 /* cga3d_regressive_quadvector_quadvector: Regressive product x & y: the meet in CGA, the join in PGA. 20 mul, 10 add. */
-BS_INLINE void FN(cga3d_regressive_quadvector_quadvector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_regressive_quadvector_quadvector)(BS_APART(V, out, 10), BS_APART(const V, x_in, 5), BS_APART(const V, y_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -811,7 +811,7 @@ BS_INLINE void FN(cga3d_regressive_quadvector_quadvector)(V *RESTRICT out, const
 }
 
 /* cga3d_sandwich_motor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 32 mul, 28 add. */
-BS_INLINE void FN(cga3d_sandwich_motor_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_motor_point)(BS_APART(V, out, 5), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -840,7 +840,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_point)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* cga3d_sandwich_motor_any_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 39 mul, 28 add. */
-BS_INLINE void FN(cga3d_sandwich_motor_any_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_motor_any_point)(BS_APART(V, out, 5), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -870,7 +870,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_any_point)(V *RESTRICT out, const V *REST
 }
 
 /* cga3d_sandwich_motor_point_pair: r x ~r: what a rotor does to an object (thesis 1.2.6). 101 mul, 84 add. */
-BS_INLINE void FN(cga3d_sandwich_motor_point_pair)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_motor_point_pair)(BS_APART(V, out, 10), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 10))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -951,7 +951,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_point_pair)(V *RESTRICT out, const V *RES
 }
 
 /* cga3d_sandwich_motor_direction: r x ~r: what a rotor does to an object (thesis 1.2.6). 18 mul, 12 add. */
-BS_INLINE void FN(cga3d_sandwich_motor_direction)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_motor_direction)(BS_APART(V, out, 3), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 3))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -969,7 +969,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_direction)(V *RESTRICT out, const V *REST
 }
 
 /* cga3d_sandwich_motor_flat_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 21 mul, 18 add. */
-BS_INLINE void FN(cga3d_sandwich_motor_flat_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_motor_flat_point)(BS_APART(V, out, 4), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -995,7 +995,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_flat_point)(V *RESTRICT out, const V *RES
 }
 
 /* cga3d_sandwich_motor_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 54 mul, 41 add. */
-BS_INLINE void FN(cga3d_sandwich_motor_line)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_motor_line)(BS_APART(V, out, 6), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 6))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1033,7 +1033,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_line)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* cga3d_sandwich_motor_circle: r x ~r: what a rotor does to an object (thesis 1.2.6). 102 mul, 81 add. */
-BS_INLINE void FN(cga3d_sandwich_motor_circle)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_motor_circle)(BS_APART(V, out, 10), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 10))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1089,7 +1089,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_circle)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_sandwich_motor_plane: r x ~r: what a rotor does to an object (thesis 1.2.6). 26 mul, 18 add. */
-BS_INLINE void FN(cga3d_sandwich_motor_plane)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_motor_plane)(BS_APART(V, out, 4), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1114,7 +1114,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_plane)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* cga3d_sandwich_motor_sphere: r x ~r: what a rotor does to an object (thesis 1.2.6). 39 mul, 28 add. */
-BS_INLINE void FN(cga3d_sandwich_motor_sphere)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_motor_sphere)(BS_APART(V, out, 5), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1145,7 +1145,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_sphere)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* cga3d_sandwich_motor_any_circle: r x ~r: what a rotor does to an object (thesis 1.2.6). 102 mul, 81 add. */
-BS_INLINE void FN(cga3d_sandwich_motor_any_circle)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_motor_any_circle)(BS_APART(V, out, 10), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 10))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1201,7 +1201,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_any_circle)(V *RESTRICT out, const V *RES
 }
 
 /* cga3d_sandwich_rotor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 18 mul, 12 add. */
-BS_INLINE void FN(cga3d_sandwich_rotor_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_rotor_point)(BS_APART(V, out, 5), BS_APART(const V, r_in, 4), BS_APART(const V, x_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1222,7 +1222,7 @@ BS_INLINE void FN(cga3d_sandwich_rotor_point)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* cga3d_sandwich_translator_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 4 mul, 9 add. */
-BS_INLINE void FN(cga3d_sandwich_translator_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_translator_point)(BS_APART(V, out, 5), BS_APART(const V, r_in, 4), BS_APART(const V, x_in, 5))
 {
   const V r_e1ni = r_in[1];
   const V r_e2ni = r_in[2];
@@ -1242,7 +1242,7 @@ BS_INLINE void FN(cga3d_sandwich_translator_point)(V *RESTRICT out, const V *RES
 }
 
 /* cga3d_sandwich_rotor_conformal_vector: r x ~r: what a rotor does to an object (thesis 1.2.6). 114 mul, 107 add. */
-BS_INLINE void FN(cga3d_sandwich_rotor_conformal_vector)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_rotor_conformal_vector)(BS_APART(V, out, 5), BS_APART(const V, r_in, 16), BS_APART(const V, x_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1315,7 +1315,7 @@ BS_INLINE void FN(cga3d_sandwich_rotor_conformal_vector)(V *RESTRICT out, const 
 }
 
 /* cga3d_sandwich_motor_any_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 54 mul, 41 add. */
-BS_INLINE void FN(cga3d_sandwich_motor_any_line)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_motor_any_line)(BS_APART(V, out, 6), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 6))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1353,7 +1353,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_any_line)(V *RESTRICT out, const V *RESTR
 }
 
 /* cga3d_sandwich_motor_twist: r x ~r: what a rotor does to an object (thesis 1.2.6). 51 mul, 39 add. */
-BS_INLINE void FN(cga3d_sandwich_motor_twist)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_motor_twist)(BS_APART(V, out, 6), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 6))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1384,7 +1384,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_twist)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* cga3d_sandwich_motor_motor: r x ~r: what a rotor does to an object (thesis 1.2.6). 51 mul, 39 add. */
-BS_INLINE void FN(cga3d_sandwich_motor_motor)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_sandwich_motor_motor)(BS_APART(V, out, 8), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1419,7 +1419,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_motor)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* cga3d_commutator_twist_twist: Commutator product (x y - y x)/2. 18 mul, 12 add. */
-BS_INLINE void FN(cga3d_commutator_twist_twist)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(cga3d_commutator_twist_twist)(BS_APART(V, out, 6), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 6))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];

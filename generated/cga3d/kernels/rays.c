@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_line_from_euclidean_line: Direction of a unit line, and its distance from a position: its moment as seen from there. 9 mul, 8 add, 1 other. */
-BS_INLINE void FN(cga3d_line_from_euclidean_line)(V *RESTRICT direction, V *RESTRICT distance, const V *RESTRICT position_in, const V *RESTRICT ray_in)
+BS_INLINE void FN(cga3d_line_from_euclidean_line)(BS_APART(V, direction, 3), BS_APART(V, distance, 1), BS_APART(const V, position_in, 3), BS_APART(const V, ray_in, 6))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -28,7 +28,7 @@ BS_INLINE void FN(cga3d_line_from_euclidean_line)(V *RESTRICT direction, V *REST
 }
 
 /* cga3d_plane_contact_euclidean_euclidean_number: Distance of a position from a plane, and the unit normal there. 3 mul, 3 add, 1 other. */
-BS_INLINE void FN(cga3d_plane_contact_euclidean_euclidean_number)(V *RESTRICT distance, V *RESTRICT normal_, const V *RESTRICT position_in, const V *RESTRICT normal_in, const V *RESTRICT offset_in)
+BS_INLINE void FN(cga3d_plane_contact_euclidean_euclidean_number)(BS_APART(V, distance, 1), BS_APART(V, normal_, 3), BS_APART(const V, position_in, 3), BS_APART(const V, normal_in, 3), BS_APART(const V, offset_in, 1))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -46,7 +46,7 @@ BS_INLINE void FN(cga3d_plane_contact_euclidean_euclidean_number)(V *RESTRICT di
 }
 
 /* cga3d_sphere_contact_euclidean_euclidean_number: Distance of a position from a sphere, and the unit normal there: that of (X . S) ^ n_inf in (4.8). 6 mul, 6 add, 3 other. */
-BS_INLINE void FN(cga3d_sphere_contact_euclidean_euclidean_number)(V *RESTRICT distance, V *RESTRICT normal, const V *RESTRICT position_in, const V *RESTRICT center_in, const V *RESTRICT radius_in)
+BS_INLINE void FN(cga3d_sphere_contact_euclidean_euclidean_number)(BS_APART(V, distance, 1), BS_APART(V, normal, 3), BS_APART(const V, position_in, 3), BS_APART(const V, center_in, 3), BS_APART(const V, radius_in, 1))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -68,7 +68,7 @@ BS_INLINE void FN(cga3d_sphere_contact_euclidean_euclidean_number)(V *RESTRICT d
 }
 
 /* cga3d_disc_contact_euclidean_euclidean_euclidean_number: Distance of a position from a disc, and the disc's normal. 11 mul, 12 add, 4 other. */
-BS_INLINE void FN(cga3d_disc_contact_euclidean_euclidean_euclidean_number)(V *RESTRICT distance, V *RESTRICT normal_, const V *RESTRICT position_in, const V *RESTRICT center_in, const V *RESTRICT normal_in, const V *RESTRICT radius_in)
+BS_INLINE void FN(cga3d_disc_contact_euclidean_euclidean_euclidean_number)(BS_APART(V, distance, 1), BS_APART(V, normal_, 3), BS_APART(const V, position_in, 3), BS_APART(const V, center_in, 3), BS_APART(const V, normal_in, 3), BS_APART(const V, radius_in, 1))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -99,7 +99,7 @@ BS_INLINE void FN(cga3d_disc_contact_euclidean_euclidean_euclidean_number)(V *RE
 }
 
 /* cga3d_reflected_line_euclidean_euclidean_euclidean: The unit line Phi L Phi through a position, for the plane Phi there (4.8). 35 mul, 21 add, 24 other. */
-BS_INLINE void FN(cga3d_reflected_line_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT normal_in)
+BS_INLINE void FN(cga3d_reflected_line_euclidean_euclidean_euclidean)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, position_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, normal_in, 3))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -157,7 +157,7 @@ BS_INLINE void FN(cga3d_reflected_line_euclidean_euclidean_euclidean)(V *RESTRIC
 }
 
 /* cga3d_normal_line_euclidean_euclidean_euclidean_number: N ~ L' - L: the unit line along the normal, on the side that L comes from. 23 mul, 12 add, 29 other. */
-BS_INLINE void FN(cga3d_normal_line_euclidean_euclidean_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT normal_in, const V *RESTRICT least_in)
+BS_INLINE void FN(cga3d_normal_line_euclidean_euclidean_euclidean_number)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, position_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, normal_in, 3), BS_APART(const V, least_in, 1))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -218,7 +218,7 @@ BS_INLINE void FN(cga3d_normal_line_euclidean_euclidean_euclidean_number)(V *RES
 }
 
 /* cga3d_tangent_line_euclidean_euclidean_euclidean_number: L_T ~ L' + L: the unit line along L's own part in the tangent plane, (m ^ n) n. 36 mul, 15 add, 23 other. */
-BS_INLINE void FN(cga3d_tangent_line_euclidean_euclidean_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT normal_in, const V *RESTRICT least_in)
+BS_INLINE void FN(cga3d_tangent_line_euclidean_euclidean_euclidean_number)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, position_in, 3), BS_APART(const V, direction_in, 3), BS_APART(const V, normal_in, 3), BS_APART(const V, least_in, 1))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -279,7 +279,8 @@ BS_INLINE void FN(cga3d_tangent_line_euclidean_euclidean_euclidean_number)(V *RE
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

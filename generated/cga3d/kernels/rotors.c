@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_rotor_between_point_pair_point_pair: `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 171 mul, 140 add, 50 other. */
-BS_INLINE void FN(cga3d_rotor_between_point_pair_point_pair)(V *RESTRICT out, V *RESTRICT quality, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_rotor_between_point_pair_point_pair)(BS_APART(V, out, 16), BS_APART(V, quality, 2), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e12 = x1_in[0];
   const V x1_e13 = x1_in[1];
@@ -144,7 +144,7 @@ BS_INLINE void FN(cga3d_rotor_between_point_pair_point_pair)(V *RESTRICT out, V 
 }
 
 /* cga3d_rotor_between_line_line: `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 50 mul, 36 add, 22 other. */
-BS_INLINE void FN(cga3d_rotor_between_line_line)(V *RESTRICT out, V *RESTRICT quality, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_rotor_between_line_line)(BS_APART(V, out, 8), BS_APART(V, quality, 2), BS_APART(V, status, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6))
 {
   const V x1_e12ni = x1_in[0];
   const V x1_e13ni = x1_in[1];
@@ -207,7 +207,7 @@ BS_INLINE void FN(cga3d_rotor_between_line_line)(V *RESTRICT out, V *RESTRICT qu
 }
 
 /* cga3d_rotor_between_circle_circle: `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 171 mul, 140 add, 50 other. */
-BS_INLINE void FN(cga3d_rotor_between_circle_circle)(V *RESTRICT out, V *RESTRICT quality, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_rotor_between_circle_circle)(BS_APART(V, out, 16), BS_APART(V, quality, 2), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -345,7 +345,7 @@ BS_INLINE void FN(cga3d_rotor_between_circle_circle)(V *RESTRICT out, V *RESTRIC
 }
 
 /* cga3d_rotor_between_plane_plane: `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 30 mul, 20 add, 25 other. */
-BS_INLINE void FN(cga3d_rotor_between_plane_plane)(V *RESTRICT out, V *RESTRICT quality, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_rotor_between_plane_plane)(BS_APART(V, out, 8), BS_APART(V, quality, 2), BS_APART(V, status, 1), BS_APART(const V, x1_in, 4), BS_APART(const V, x2_in, 4))
 {
   const V x1_e123ni = x1_in[0];
   const V x1_e12noni = x1_in[1];
@@ -400,7 +400,7 @@ BS_INLINE void FN(cga3d_rotor_between_plane_plane)(V *RESTRICT out, V *RESTRICT 
 }
 
 /* cga3d_rotor_between_sphere_sphere: `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 51 mul, 32 add, 30 other. */
-BS_INLINE void FN(cga3d_rotor_between_sphere_sphere)(V *RESTRICT out, V *RESTRICT quality, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_rotor_between_sphere_sphere)(BS_APART(V, out, 16), BS_APART(V, quality, 2), BS_APART(V, status, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5))
 {
   const V x1_e123no = x1_in[0];
   const V x1_e123ni = x1_in[1];
@@ -473,7 +473,7 @@ BS_INLINE void FN(cga3d_rotor_between_sphere_sphere)(V *RESTRICT out, V *RESTRIC
 }
 
 /* cga3d_flat_rotor_line_line: The rotor between lines or planes so near a half turn that `rotor_between` finds them singular. 57 mul, 35 add, 21 other. */
-BS_INLINE void FN(cga3d_flat_rotor_line_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_flat_rotor_line_line)(BS_APART(V, out, 8), BS_APART(V, status, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6))
 {
   const V x1_e12ni = x1_in[0];
   const V x1_e13ni = x1_in[1];
@@ -542,7 +542,7 @@ BS_INLINE void FN(cga3d_flat_rotor_line_line)(V *RESTRICT out, V *RESTRICT statu
 }
 
 /* cga3d_flat_rotor_plane_plane: The rotor between lines or planes so near a half turn that `rotor_between` finds them singular. 39 mul, 20 add, 19 other. */
-BS_INLINE void FN(cga3d_flat_rotor_plane_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_flat_rotor_plane_plane)(BS_APART(V, out, 8), BS_APART(V, status, 1), BS_APART(const V, x1_in, 4), BS_APART(const V, x2_in, 4))
 {
   const V x1_e123ni = x1_in[0];
   const V x1_e12noni = x1_in[1];
@@ -598,7 +598,7 @@ BS_INLINE void FN(cga3d_flat_rotor_plane_plane)(V *RESTRICT out, V *RESTRICT sta
 }
 
 /* cga3d_mirror_between_point_pair_point_pair: S (x1 + x2)/sqrt(mu): the object M with M x1 M = gamma x2, the blade nearest the sum (2.4; 2.1 for gamma = 1). 137 mul, 118 add, 100 other. */
-BS_INLINE void FN(cga3d_mirror_between_point_pair_point_pair)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_mirror_between_point_pair_point_pair)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e12 = x1_in[0];
   const V x1_e13 = x1_in[1];
@@ -771,7 +771,7 @@ BS_INLINE void FN(cga3d_mirror_between_point_pair_point_pair)(V *RESTRICT out, V
 }
 
 /* cga3d_mirror_between_line_line: S (x1 + x2)/sqrt(mu): the object M with M x1 M = gamma x2, the blade nearest the sum (2.4; 2.1 for gamma = 1). 26 mul, 31 add, 46 other. */
-BS_INLINE void FN(cga3d_mirror_between_line_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_mirror_between_line_line)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6))
 {
   const V x1_e12ni = x1_in[0];
   const V x1_e13ni = x1_in[1];
@@ -855,7 +855,7 @@ BS_INLINE void FN(cga3d_mirror_between_line_line)(V *RESTRICT out, V *RESTRICT s
 }
 
 /* cga3d_mirror_between_circle_circle: S (x1 + x2)/sqrt(mu): the object M with M x1 M = gamma x2, the blade nearest the sum (2.4; 2.1 for gamma = 1). 137 mul, 118 add, 100 other. */
-BS_INLINE void FN(cga3d_mirror_between_circle_circle)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_mirror_between_circle_circle)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -1028,7 +1028,7 @@ BS_INLINE void FN(cga3d_mirror_between_circle_circle)(V *RESTRICT out, V *RESTRI
 }
 
 /* cga3d_mirror_between_plane_plane: S (x1 + x2)/sqrt(mu): the object M with M x1 M = gamma x2, the blade nearest the sum (2.4; 2.1 for gamma = 1). 13 mul, 20 add, 39 other. */
-BS_INLINE void FN(cga3d_mirror_between_plane_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_mirror_between_plane_plane)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x1_in, 4), BS_APART(const V, x2_in, 4))
 {
   const V x1_e123ni = x1_in[0];
   const V x1_e12noni = x1_in[1];
@@ -1096,7 +1096,7 @@ BS_INLINE void FN(cga3d_mirror_between_plane_plane)(V *RESTRICT out, V *RESTRICT
 }
 
 /* cga3d_mirror_between_sphere_sphere: S (x1 + x2)/sqrt(mu): the object M with M x1 M = gamma x2, the blade nearest the sum (2.4; 2.1 for gamma = 1). 22 mul, 29 add, 48 other. */
-BS_INLINE void FN(cga3d_mirror_between_sphere_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_mirror_between_sphere_sphere)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5))
 {
   const V x1_e123no = x1_in[0];
   const V x1_e123ni = x1_in[1];
@@ -1178,7 +1178,7 @@ BS_INLINE void FN(cga3d_mirror_between_sphere_sphere)(V *RESTRICT out, V *RESTRI
 }
 
 /* cga3d_translation_between_point_point: The translator from one point to another. SINGULAR: one is at infinity. 9 mul, 3 add, 15 other. */
-BS_INLINE void FN(cga3d_translation_between_point_point)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
+BS_INLINE void FN(cga3d_translation_between_point_point)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x1_in, 5), BS_APART(const V, x2_in, 5))
 {
   const V x1_e1 = x1_in[0];
   const V x1_e2 = x1_in[1];
@@ -1211,7 +1211,7 @@ BS_INLINE void FN(cga3d_translation_between_point_point)(V *RESTRICT out, V *RES
 }
 
 /* cga3d_unit_rotor_even: (r ~r)^(-1/2) r, the root on the principal branch: the unit rotor at r, for r ~r near 1. 217 mul, 132 add, 11 other. */
-BS_INLINE void FN(cga3d_unit_rotor_even)(V *RESTRICT out, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_unit_rotor_even)(BS_APART(V, out, 16), BS_APART(const V, r_in, 16))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1295,7 +1295,7 @@ BS_INLINE void FN(cga3d_unit_rotor_even)(V *RESTRICT out, const V *RESTRICT r_in
 }
 
 /* cga3d_transform_object_even_point_pair: r x ~r on the blades of objects: by its own blades alone r could be more than a rotor. 224 mul, 222 add. */
-BS_INLINE void FN(cga3d_transform_object_even_point_pair)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_transform_object_even_point_pair)(BS_APART(V, out, 10), BS_APART(const V, r_in, 16), BS_APART(const V, x_in, 10))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1386,7 +1386,7 @@ BS_INLINE void FN(cga3d_transform_object_even_point_pair)(V *RESTRICT out, const
 }
 
 /* cga3d_transform_object_even_circle: r x ~r on the blades of objects: by its own blades alone r could be more than a rotor. 224 mul, 222 add. */
-BS_INLINE void FN(cga3d_transform_object_even_circle)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_transform_object_even_circle)(BS_APART(V, out, 10), BS_APART(const V, r_in, 16), BS_APART(const V, x_in, 10))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1477,7 +1477,7 @@ BS_INLINE void FN(cga3d_transform_object_even_circle)(V *RESTRICT out, const V *
 }
 
 /* cga3d_transform_object_even_sphere: r x ~r on the blades of objects: by its own blades alone r could be more than a rotor. 123 mul, 119 add. */
-BS_INLINE void FN(cga3d_transform_object_even_sphere)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_transform_object_even_sphere)(BS_APART(V, out, 5), BS_APART(const V, r_in, 16), BS_APART(const V, x_in, 5))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1559,7 +1559,7 @@ BS_INLINE void FN(cga3d_transform_object_even_sphere)(V *RESTRICT out, const V *
 }
 
 /* cga3d_canonicalize_sign_even: r or -r: <r>_0 >= 0, or the first coefficient that is not zero is positive. 16 mul, 0 add, 64 other. */
-BS_INLINE void FN(cga3d_canonicalize_sign_even)(V *RESTRICT out, const V *RESTRICT r_in)
+BS_INLINE void FN(cga3d_canonicalize_sign_even)(BS_APART(V, out, 16), BS_APART(const V, r_in, 16))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1661,7 +1661,8 @@ BS_INLINE void FN(cga3d_canonicalize_sign_even)(V *RESTRICT out, const V *RESTRI
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -7,7 +7,7 @@
 #include "elementary.h"
 
 /* cga3d_screw_twist: Axis, pitch and magnitude with s = magnitude (L* + pitch m n), of a twist bivector (thesis 3.9.3, 3.9.4). 42 mul, 19 add, 59 other. */
-BS_INLINE void FN(cga3d_screw_twist)(V *RESTRICT axis, V *RESTRICT pitch, V *RESTRICT magnitude, V *RESTRICT status, const V *RESTRICT s_in)
+BS_INLINE void FN(cga3d_screw_twist)(BS_APART(V, axis, 6), BS_APART(V, pitch, 1), BS_APART(V, magnitude, 1), BS_APART(V, status, 1), BS_APART(const V, s_in, 6))
 {
   const V s_e12 = s_in[0];
   const V s_e13 = s_in[1];
@@ -102,7 +102,7 @@ BS_INLINE void FN(cga3d_screw_twist)(V *RESTRICT axis, V *RESTRICT pitch, V *RES
 }
 
 /* cga3d_screw_of_lines_line_line_number: The screw of alpha L1* + (1 - alpha) L2* for unit lines, and where its axis meets their common perpendicular. 65 mul, 31 add, 75 other. */
-BS_INLINE void FN(cga3d_screw_of_lines_line_line_number)(V *RESTRICT axis, V *RESTRICT pitch, V *RESTRICT magnitude, V *RESTRICT fraction, V *RESTRICT status, const V *RESTRICT l1_in, const V *RESTRICT l2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(cga3d_screw_of_lines_line_line_number)(BS_APART(V, axis, 6), BS_APART(V, pitch, 1), BS_APART(V, magnitude, 1), BS_APART(V, fraction, 1), BS_APART(V, status, 1), BS_APART(const V, l1_in, 6), BS_APART(const V, l2_in, 6), BS_APART(const V, alpha_in, 1))
 {
   const V l1_e12ni = l1_in[0];
   const V l1_e13ni = l1_in[1];
@@ -230,7 +230,7 @@ BS_INLINE void FN(cga3d_screw_of_lines_line_line_number)(V *RESTRICT axis, V *RE
 }
 
 /* cga3d_screw_bivector_line_number_number: magnitude (L* + pitch m n): the twist bivector of a screw about a unit line. 9 mul, 3 add. */
-BS_INLINE void FN(cga3d_screw_bivector_line_number_number)(V *RESTRICT out, const V *RESTRICT axis_in, const V *RESTRICT pitch_in, const V *RESTRICT magnitude_in)
+BS_INLINE void FN(cga3d_screw_bivector_line_number_number)(BS_APART(V, out, 6), BS_APART(const V, axis_in, 6), BS_APART(const V, pitch_in, 1), BS_APART(const V, magnitude_in, 1))
 {
   const V axis_e12ni = axis_in[0];
   const V axis_e13ni = axis_in[1];
@@ -249,7 +249,7 @@ BS_INLINE void FN(cga3d_screw_bivector_line_number_number)(V *RESTRICT out, cons
 }
 
 /* cga3d_screw_motor_line_number_number: exp(-angle/2 (L* + pitch m n)): turn about the unit line by an angle and advance along it by pitch * angle. 30 mul, 6 add, 12 other. */
-BS_INLINE void FN(cga3d_screw_motor_line_number_number)(V *RESTRICT out, const V *RESTRICT axis_in, const V *RESTRICT angle_in, const V *RESTRICT pitch_in)
+BS_INLINE void FN(cga3d_screw_motor_line_number_number)(BS_APART(V, out, 8), BS_APART(const V, axis_in, 6), BS_APART(const V, angle_in, 1), BS_APART(const V, pitch_in, 1))
 {
   const V axis_e12ni = axis_in[0];
   const V axis_e13ni = axis_in[1];
@@ -288,7 +288,7 @@ BS_INLINE void FN(cga3d_screw_motor_line_number_number)(V *RESTRICT out, const V
 }
 
 /* cga3d_closest_point_line_line: The point halfway between two unit lines on their common perpendicular (thesis 3.12.4, corrected). 57 mul, 51 add, 43 other. */
-BS_INLINE void FN(cga3d_closest_point_line_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT l1_in, const V *RESTRICT l2_in)
+BS_INLINE void FN(cga3d_closest_point_line_line)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, l1_in, 6), BS_APART(const V, l2_in, 6))
 {
   const V l1_e12ni = l1_in[0];
   const V l1_e13ni = l1_in[1];
@@ -384,7 +384,7 @@ BS_INLINE void FN(cga3d_closest_point_line_line)(V *RESTRICT out, V *RESTRICT st
 }
 
 /* cga3d_line_equations_line: Equations of a point's distance from a unit line: the matrix of x -> (x ^ m) m, and a point of it. 12 mul, 6 add. */
-BS_INLINE void FN(cga3d_line_equations_line)(V *RESTRICT matrix, V *RESTRICT point, const V *RESTRICT line_in)
+BS_INLINE void FN(cga3d_line_equations_line)(BS_APART(V, matrix, 9), BS_APART(V, point, 3), BS_APART(const V, line_in, 6))
 {
   const V line_e12ni = line_in[0];
   const V line_e13ni = line_in[1];
@@ -414,7 +414,8 @@ BS_INLINE void FN(cga3d_line_equations_line)(V *RESTRICT matrix, V *RESTRICT poi
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

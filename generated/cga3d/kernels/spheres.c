@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_common_sphere_any_point_pair_any_point_pair_number: Outward sphere (or plane) through both of two point pairs, or of two circles and lines. 82 mul, 67 add, 57 other. */
-BS_INLINE void FN(cga3d_common_sphere_any_point_pair_any_point_pair_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_common_sphere_any_point_pair_any_point_pair_number)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10), BS_APART(const V, distance_in, 1))
 {
   const V x1_e12 = x1_in[0];
   const V x1_e13 = x1_in[1];
@@ -113,7 +113,7 @@ BS_INLINE void FN(cga3d_common_sphere_any_point_pair_any_point_pair_number)(V *R
 }
 
 /* cga3d_common_sphere_any_line_any_line_number: Outward sphere (or plane) through both of two point pairs, or of two circles and lines. 105 mul, 56 add, 98 other. */
-BS_INLINE void FN(cga3d_common_sphere_any_line_any_line_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_common_sphere_any_line_any_line_number)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x1_in, 6), BS_APART(const V, x2_in, 6), BS_APART(const V, distance_in, 1))
 {
   const V x1_e12ni = x1_in[0];
   const V x1_e13ni = x1_in[1];
@@ -263,7 +263,7 @@ BS_INLINE void FN(cga3d_common_sphere_any_line_any_line_number)(V *RESTRICT out,
 }
 
 /* cga3d_common_sphere_any_circle_any_circle_number: Outward sphere (or plane) through both of two point pairs, or of two circles and lines. 283 mul, 206 add, 141 other. */
-BS_INLINE void FN(cga3d_common_sphere_any_circle_any_circle_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_common_sphere_any_circle_any_circle_number)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10), BS_APART(const V, distance_in, 1))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -512,7 +512,7 @@ BS_INLINE void FN(cga3d_common_sphere_any_circle_any_circle_number)(V *RESTRICT 
 }
 
 /* cga3d_orthogonal_sphere_any_circle_any_circle_number: <x1 x2>_4, outward: the sphere that two circles (lines) meet at right angles (Theorem 5). 70 mul, 56 add, 62 other. */
-BS_INLINE void FN(cga3d_orthogonal_sphere_any_circle_any_circle_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT distance_in)
+BS_INLINE void FN(cga3d_orthogonal_sphere_any_circle_any_circle_number)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x1_in, 10), BS_APART(const V, x2_in, 10), BS_APART(const V, distance_in, 1))
 {
   const V x1_e123 = x1_in[0];
   const V x1_e12no = x1_in[1];
@@ -628,7 +628,8 @@ BS_INLINE void FN(cga3d_orthogonal_sphere_any_circle_any_circle_number)(V *RESTR
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* cga3d_normalise_vector: x over its norm; null multivectors (a point, for one) are singular. 13 mul, 6 add, 13 other. */
-BS_INLINE void FN(cga3d_normalise_vector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_normalise_vector)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -39,7 +39,7 @@ BS_INLINE void FN(cga3d_normalise_vector)(V *RESTRICT out, V *RESTRICT status, c
 }
 
 /* cga3d_normalise_bivector: x over its norm; null multivectors (a point, for one) are singular. 21 mul, 12 add, 16 other. */
-BS_INLINE void FN(cga3d_normalise_bivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_normalise_bivector)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x_in, 10))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -88,7 +88,7 @@ BS_INLINE void FN(cga3d_normalise_bivector)(V *RESTRICT out, V *RESTRICT status,
 }
 
 /* cga3d_normalise_trivector: x over its norm; null multivectors (a point, for one) are singular. 21 mul, 12 add, 16 other. */
-BS_INLINE void FN(cga3d_normalise_trivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_normalise_trivector)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x_in, 10))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -137,7 +137,7 @@ BS_INLINE void FN(cga3d_normalise_trivector)(V *RESTRICT out, V *RESTRICT status
 }
 
 /* cga3d_normalise_quadvector: x over its norm; null multivectors (a point, for one) are singular. 13 mul, 6 add, 13 other. */
-BS_INLINE void FN(cga3d_normalise_quadvector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_normalise_quadvector)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -170,7 +170,7 @@ BS_INLINE void FN(cga3d_normalise_quadvector)(V *RESTRICT out, V *RESTRICT statu
 }
 
 /* cga3d_normalise_even: x over its norm; null multivectors (a point, for one) are singular. 32 mul, 22 add, 21 other. */
-BS_INLINE void FN(cga3d_normalise_even)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_normalise_even)(BS_APART(V, out, 16), BS_APART(V, status, 1), BS_APART(const V, x_in, 16))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -243,7 +243,7 @@ BS_INLINE void FN(cga3d_normalise_even)(V *RESTRICT out, V *RESTRICT status, con
 }
 
 /* cga3d_normalise_multivector: x over its norm; null multivectors (a point, for one) are singular. 60 mul, 46 add, 33 other. */
-BS_INLINE void FN(cga3d_normalise_multivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_normalise_multivector)(BS_APART(V, out, 32), BS_APART(V, status, 1), BS_APART(const V, x_in, 32))
 {
   const V x_s = x_in[0];
   const V x_e1 = x_in[1];
@@ -372,7 +372,7 @@ BS_INLINE void FN(cga3d_normalise_multivector)(V *RESTRICT out, V *RESTRICT stat
 }
 
 /* cga3d_normalise_any_line: x over its norm; null multivectors (a point, for one) are singular. 11 mul, 4 add, 12 other. */
-BS_INLINE void FN(cga3d_normalise_any_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_normalise_any_line)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x_in, 6))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -405,7 +405,7 @@ BS_INLINE void FN(cga3d_normalise_any_line)(V *RESTRICT out, V *RESTRICT status,
 }
 
 /* cga3d_normalise_flat_any_motor: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 29 mul, 13 add, 15 other. */
-BS_INLINE void FN(cga3d_normalise_flat_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_normalise_flat_any_motor)(BS_APART(V, out, 8), BS_APART(V, status, 1), BS_APART(const V, x_in, 8))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -450,7 +450,7 @@ BS_INLINE void FN(cga3d_normalise_flat_any_motor)(V *RESTRICT out, V *RESTRICT s
 }
 
 /* cga3d_normalise_flat_any_rotor: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 11 mul, 6 add, 14 other. */
-BS_INLINE void FN(cga3d_normalise_flat_any_rotor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_normalise_flat_any_rotor)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -484,7 +484,7 @@ BS_INLINE void FN(cga3d_normalise_flat_any_rotor)(V *RESTRICT out, V *RESTRICT s
 }
 
 /* cga3d_normalise_flat_any_line: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 23 mul, 9 add, 14 other. */
-BS_INLINE void FN(cga3d_normalise_flat_any_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_normalise_flat_any_line)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x_in, 6))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -524,7 +524,7 @@ BS_INLINE void FN(cga3d_normalise_flat_any_line)(V *RESTRICT out, V *RESTRICT st
 }
 
 /* cga3d_normalise_flat_any_plane: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 10 mul, 4 add, 13 other. */
-BS_INLINE void FN(cga3d_normalise_flat_any_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_normalise_flat_any_plane)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -556,7 +556,7 @@ BS_INLINE void FN(cga3d_normalise_flat_any_plane)(V *RESTRICT out, V *RESTRICT s
 }
 
 /* cga3d_normalise_flat_any_sphere: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 14 mul, 6 add, 14 other. */
-BS_INLINE void FN(cga3d_normalise_flat_any_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(cga3d_normalise_flat_any_sphere)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -592,7 +592,7 @@ BS_INLINE void FN(cga3d_normalise_flat_any_sphere)(V *RESTRICT out, V *RESTRICT 
 }
 
 /* cga3d_reflect_point_plane: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 20 mul, 9 add, 11 other. */
-BS_INLINE void FN(cga3d_reflect_point_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(cga3d_reflect_point_plane)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x_in, 5), BS_APART(const V, mirror_in, 4))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -623,7 +623,7 @@ BS_INLINE void FN(cga3d_reflect_point_plane)(V *RESTRICT out, V *RESTRICT status
 }
 
 /* cga3d_reflect_line_plane: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 38 mul, 18 add, 11 other. */
-BS_INLINE void FN(cga3d_reflect_line_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(cga3d_reflect_line_plane)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x_in, 6), BS_APART(const V, mirror_in, 4))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -661,7 +661,7 @@ BS_INLINE void FN(cga3d_reflect_line_plane)(V *RESTRICT out, V *RESTRICT status,
 }
 
 /* cga3d_reflect_circle_plane: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 66 mul, 34 add, 11 other. */
-BS_INLINE void FN(cga3d_reflect_circle_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(cga3d_reflect_circle_plane)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x_in, 10), BS_APART(const V, mirror_in, 4))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -711,7 +711,7 @@ BS_INLINE void FN(cga3d_reflect_circle_plane)(V *RESTRICT out, V *RESTRICT statu
 }
 
 /* cga3d_reflect_plane_plane: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 20 mul, 8 add, 11 other. */
-BS_INLINE void FN(cga3d_reflect_plane_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(cga3d_reflect_plane_plane)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4), BS_APART(const V, mirror_in, 4))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -741,7 +741,7 @@ BS_INLINE void FN(cga3d_reflect_plane_plane)(V *RESTRICT out, V *RESTRICT status
 }
 
 /* cga3d_reflect_sphere_plane: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 22 mul, 9 add, 11 other. */
-BS_INLINE void FN(cga3d_reflect_sphere_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(cga3d_reflect_sphere_plane)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x_in, 5), BS_APART(const V, mirror_in, 4))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -773,7 +773,7 @@ BS_INLINE void FN(cga3d_reflect_sphere_plane)(V *RESTRICT out, V *RESTRICT statu
 }
 
 /* cga3d_reflect_point_pair_plane: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 66 mul, 34 add, 11 other. */
-BS_INLINE void FN(cga3d_reflect_point_pair_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(cga3d_reflect_point_pair_plane)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x_in, 10), BS_APART(const V, mirror_in, 4))
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -823,7 +823,7 @@ BS_INLINE void FN(cga3d_reflect_point_pair_plane)(V *RESTRICT out, V *RESTRICT s
 }
 
 /* cga3d_reflect_point_sphere: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 26 mul, 12 add, 12 other. */
-BS_INLINE void FN(cga3d_reflect_point_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(cga3d_reflect_point_sphere)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x_in, 5), BS_APART(const V, mirror_in, 5))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -856,7 +856,7 @@ BS_INLINE void FN(cga3d_reflect_point_sphere)(V *RESTRICT out, V *RESTRICT statu
 }
 
 /* cga3d_reflect_line_sphere: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 62 mul, 28 add, 12 other. */
-BS_INLINE void FN(cga3d_reflect_line_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(cga3d_reflect_line_sphere)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x_in, 6), BS_APART(const V, mirror_in, 5))
 {
   const V x_e12ni = x_in[0];
   const V x_e13ni = x_in[1];
@@ -906,7 +906,7 @@ BS_INLINE void FN(cga3d_reflect_line_sphere)(V *RESTRICT out, V *RESTRICT status
 }
 
 /* cga3d_reflect_circle_sphere: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 74 mul, 42 add, 12 other. */
-BS_INLINE void FN(cga3d_reflect_circle_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(cga3d_reflect_circle_sphere)(BS_APART(V, out, 10), BS_APART(V, status, 1), BS_APART(const V, x_in, 10), BS_APART(const V, mirror_in, 5))
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -963,7 +963,7 @@ BS_INLINE void FN(cga3d_reflect_circle_sphere)(V *RESTRICT out, V *RESTRICT stat
 }
 
 /* cga3d_reflect_sphere_sphere: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 27 mul, 12 add, 12 other. */
-BS_INLINE void FN(cga3d_reflect_sphere_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(cga3d_reflect_sphere_sphere)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x_in, 5), BS_APART(const V, mirror_in, 5))
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -997,7 +997,7 @@ BS_INLINE void FN(cga3d_reflect_sphere_sphere)(V *RESTRICT out, V *RESTRICT stat
 }
 
 /* cga3d_reflect_plane_sphere: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 26 mul, 10 add, 12 other. */
-BS_INLINE void FN(cga3d_reflect_plane_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(cga3d_reflect_plane_sphere)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x_in, 4), BS_APART(const V, mirror_in, 5))
 {
   const V x_e123ni = x_in[0];
   const V x_e12noni = x_in[1];
@@ -1030,7 +1030,7 @@ BS_INLINE void FN(cga3d_reflect_plane_sphere)(V *RESTRICT out, V *RESTRICT statu
 }
 
 /* cga3d_reflect_point_line: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 31 mul, 19 add, 11 other. */
-BS_INLINE void FN(cga3d_reflect_point_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(cga3d_reflect_point_line)(BS_APART(V, out, 5), BS_APART(V, status, 1), BS_APART(const V, x_in, 5), BS_APART(const V, mirror_in, 6))
 {
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
@@ -1068,7 +1068,8 @@ BS_INLINE void FN(cga3d_reflect_point_line)(V *RESTRICT out, V *RESTRICT status,
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -7,7 +7,7 @@
 #include "elementary.h"
 
 /* pga3d_exp_bivector_twist: exp(b) = cos s + S b + q (S + b (S - cos s)/s^2)/2, where b^2 = -s^2 + q and S = sin(s)/s. 19 mul, 9 add, 12 other. */
-BS_INLINE void FN(pga3d_exp_bivector_twist)(V *RESTRICT out, const V *RESTRICT b_in)
+BS_INLINE void FN(pga3d_exp_bivector_twist)(BS_APART(V, out, 8), BS_APART(const V, b_in, 6))
 {
   const V b_e01 = b_in[0];
   const V b_e02 = b_in[1];
@@ -43,7 +43,7 @@ BS_INLINE void FN(pga3d_exp_bivector_twist)(V *RESTRICT out, const V *RESTRICT b
 }
 
 /* pga3d_log_motor_motor: The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 46 mul, 34 add, 58 other. */
-BS_INLINE void FN(pga3d_log_motor_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(pga3d_log_motor_motor)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e01 = r_in[1];
@@ -131,7 +131,7 @@ BS_INLINE void FN(pga3d_log_motor_motor)(V *RESTRICT out, V *RESTRICT status, co
 }
 
 /* pga3d_log_motor_any_motor: The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 46 mul, 34 add, 58 other. */
-BS_INLINE void FN(pga3d_log_motor_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(pga3d_log_motor_any_motor)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e01 = r_in[1];
@@ -219,7 +219,7 @@ BS_INLINE void FN(pga3d_log_motor_any_motor)(V *RESTRICT out, V *RESTRICT status
 }
 
 /* pga3d_sqrt_motor_motor: exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 71 mul, 38 add, 65 other. */
-BS_INLINE void FN(pga3d_sqrt_motor_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(pga3d_sqrt_motor_motor)(BS_APART(V, out, 8), BS_APART(V, status, 1), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e01 = r_in[1];
@@ -319,7 +319,7 @@ BS_INLINE void FN(pga3d_sqrt_motor_motor)(V *RESTRICT out, V *RESTRICT status, c
 }
 
 /* pga3d_sqrt_motor_any_motor: exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 71 mul, 38 add, 65 other. */
-BS_INLINE void FN(pga3d_sqrt_motor_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+BS_INLINE void FN(pga3d_sqrt_motor_any_motor)(BS_APART(V, out, 8), BS_APART(V, status, 1), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e01 = r_in[1];
@@ -420,7 +420,8 @@ BS_INLINE void FN(pga3d_sqrt_motor_any_motor)(V *RESTRICT out, V *RESTRICT statu
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

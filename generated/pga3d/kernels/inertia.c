@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* pga3d_velocity_motor_number_euclidean_twist: Q^-1(Psi) = R Q_B^-1(~R Psi R) ~R (6.15, 6.16). SINGULAR: a moment of inertia is zero. 153 mul, 116 add, 15 other. */
-BS_INLINE void FN(pga3d_velocity_motor_number_euclidean_twist)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT frame_in, const V *RESTRICT mass_in, const V *RESTRICT moments_in, const V *RESTRICT momentum_in)
+BS_INLINE void FN(pga3d_velocity_motor_number_euclidean_twist)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, frame_in, 8), BS_APART(const V, mass_in, 1), BS_APART(const V, moments_in, 3), BS_APART(const V, momentum_in, 6))
 {
   const V frame_s = frame_in[0];
   const V frame_e01 = frame_in[1];
@@ -79,7 +79,7 @@ BS_INLINE void FN(pga3d_velocity_motor_number_euclidean_twist)(V *RESTRICT out, 
 }
 
 /* pga3d_energy_motor_number_euclidean_twist: Half the power of Q(Omega) on Omega: (m u^2 + w . I w)/2 in the frame at the center of mass. 83 mul, 63 add. */
-BS_INLINE void FN(pga3d_energy_motor_number_euclidean_twist)(V *RESTRICT out, const V *RESTRICT frame_in, const V *RESTRICT mass_in, const V *RESTRICT moments_in, const V *RESTRICT twist_in)
+BS_INLINE void FN(pga3d_energy_motor_number_euclidean_twist)(BS_APART(V, out, 1), BS_APART(const V, frame_in, 8), BS_APART(const V, mass_in, 1), BS_APART(const V, moments_in, 3), BS_APART(const V, twist_in, 6))
 {
   const V frame_s = frame_in[0];
   const V frame_e01 = frame_in[1];
@@ -119,7 +119,8 @@ BS_INLINE void FN(pga3d_energy_motor_number_euclidean_twist)(V *RESTRICT out, co
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

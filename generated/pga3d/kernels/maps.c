@@ -7,7 +7,7 @@
 #include "elementary.h"
 
 /* pga3d_exponential_motor_twist: exp(-phi/2). 31 mul, 9 add, 12 other. */
-BS_INLINE void FN(pga3d_exponential_motor_twist)(V *RESTRICT out, const V *RESTRICT phi_in)
+BS_INLINE void FN(pga3d_exponential_motor_twist)(BS_APART(V, out, 8), BS_APART(const V, phi_in, 6))
 {
   const V phi_e01 = phi_in[0];
   const V phi_e02 = phi_in[1];
@@ -43,7 +43,7 @@ BS_INLINE void FN(pga3d_exponential_motor_twist)(V *RESTRICT out, const V *RESTR
 }
 
 /* pga3d_exponential_rate_world_twist_twist: dphi with exp(-phi/2) moving at the world's twist omega; (6.24) in two commutators. SINGULAR: a full turn. 73 mul, 47 add, 13 other. */
-BS_INLINE void FN(pga3d_exponential_rate_world_twist_twist)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+BS_INLINE void FN(pga3d_exponential_rate_world_twist_twist)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, phi_in, 6), BS_APART(const V, omega_in, 6))
 {
   const V phi_e01 = phi_in[0];
   const V phi_e02 = phi_in[1];
@@ -95,7 +95,7 @@ BS_INLINE void FN(pga3d_exponential_rate_world_twist_twist)(V *RESTRICT out, V *
 }
 
 /* pga3d_exponential_rate_body_twist_twist: The same for the body's twist. 73 mul, 47 add, 13 other. */
-BS_INLINE void FN(pga3d_exponential_rate_body_twist_twist)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+BS_INLINE void FN(pga3d_exponential_rate_body_twist_twist)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, phi_in, 6), BS_APART(const V, omega_in, 6))
 {
   const V phi_e01 = phi_in[0];
   const V phi_e02 = phi_in[1];
@@ -147,7 +147,7 @@ BS_INLINE void FN(pga3d_exponential_rate_body_twist_twist)(V *RESTRICT out, V *R
 }
 
 /* pga3d_bortz_motor_twist: (1 - v n/2) exp(-w I3/2) of phi = w I3 + v n: a rotation vector and the place of the origin. 31 mul, 11 add, 10 other. */
-BS_INLINE void FN(pga3d_bortz_motor_twist)(V *RESTRICT out, const V *RESTRICT phi_in)
+BS_INLINE void FN(pga3d_bortz_motor_twist)(BS_APART(V, out, 8), BS_APART(const V, phi_in, 6))
 {
   const V phi_e01 = phi_in[0];
   const V phi_e02 = phi_in[1];
@@ -181,7 +181,7 @@ BS_INLINE void FN(pga3d_bortz_motor_twist)(V *RESTRICT out, const V *RESTRICT ph
 }
 
 /* pga3d_bortz_rate_world_twist_twist: The Bortz equation for the rotation, and the velocity of the origin's image, v + w x place. 33 mul, 21 add, 11 other. */
-BS_INLINE void FN(pga3d_bortz_rate_world_twist_twist)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+BS_INLINE void FN(pga3d_bortz_rate_world_twist_twist)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, phi_in, 6), BS_APART(const V, omega_in, 6))
 {
   const V phi_e01 = phi_in[0];
   const V phi_e02 = phi_in[1];
@@ -224,7 +224,7 @@ BS_INLINE void FN(pga3d_bortz_rate_world_twist_twist)(V *RESTRICT out, V *RESTRI
 }
 
 /* pga3d_bortz_rate_body_twist_twist: The same for the body's twist, whose velocity is turned into the world. 76 mul, 35 add, 20 other. */
-BS_INLINE void FN(pga3d_bortz_rate_body_twist_twist)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+BS_INLINE void FN(pga3d_bortz_rate_body_twist_twist)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, phi_in, 6), BS_APART(const V, omega_in, 6))
 {
   const V phi_e12 = phi_in[3];
   const V phi_e13 = phi_in[4];
@@ -288,7 +288,7 @@ BS_INLINE void FN(pga3d_bortz_rate_body_twist_twist)(V *RESTRICT out, V *RESTRIC
 }
 
 /* pga3d_cayley_motor_twist: (1 - phi)(1 + phi)^-1 = (1 - phi)^2 (1 + w - q)^-1, near exp(-2 phi): a full turn is at infinity (6.26). 28 mul, 9 add, 1 other. */
-BS_INLINE void FN(pga3d_cayley_motor_twist)(V *RESTRICT out, const V *RESTRICT phi_in)
+BS_INLINE void FN(pga3d_cayley_motor_twist)(BS_APART(V, out, 8), BS_APART(const V, phi_in, 6))
 {
   const V phi_e01 = phi_in[0];
   const V phi_e02 = phi_in[1];
@@ -310,7 +310,7 @@ BS_INLINE void FN(pga3d_cayley_motor_twist)(V *RESTRICT out, const V *RESTRICT p
 }
 
 /* pga3d_cayley_rate_world_twist_twist: (1 + phi) omega (1 - phi)/4 (6.27). 69 mul, 48 add. */
-BS_INLINE void FN(pga3d_cayley_rate_world_twist_twist)(V *RESTRICT out, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+BS_INLINE void FN(pga3d_cayley_rate_world_twist_twist)(BS_APART(V, out, 6), BS_APART(const V, phi_in, 6), BS_APART(const V, omega_in, 6))
 {
   const V phi_e01 = phi_in[0];
   const V phi_e02 = phi_in[1];
@@ -363,7 +363,7 @@ BS_INLINE void FN(pga3d_cayley_rate_world_twist_twist)(V *RESTRICT out, const V 
 }
 
 /* pga3d_cayley_rate_body_twist_twist: (1 - phi) omega (1 + phi)/4. 69 mul, 48 add. */
-BS_INLINE void FN(pga3d_cayley_rate_body_twist_twist)(V *RESTRICT out, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+BS_INLINE void FN(pga3d_cayley_rate_body_twist_twist)(BS_APART(V, out, 6), BS_APART(const V, phi_in, 6), BS_APART(const V, omega_in, 6))
 {
   const V phi_e01 = phi_in[0];
   const V phi_e02 = phi_in[1];
@@ -416,7 +416,7 @@ BS_INLINE void FN(pga3d_cayley_rate_body_twist_twist)(V *RESTRICT out, const V *
 }
 
 /* pga3d_outer_motor_twist: (1 + phi + phi ^ phi/2)/sqrt(1 + w), near exp(phi): half a turn is at infinity (6.28). 17 mul, 5 add, 2 other. */
-BS_INLINE void FN(pga3d_outer_motor_twist)(V *RESTRICT out, const V *RESTRICT phi_in)
+BS_INLINE void FN(pga3d_outer_motor_twist)(BS_APART(V, out, 8), BS_APART(const V, phi_in, 6))
 {
   const V phi_e01 = phi_in[0];
   const V phi_e02 = phi_in[1];
@@ -438,7 +438,7 @@ BS_INLINE void FN(pga3d_outer_motor_twist)(V *RESTRICT out, const V *RESTRICT ph
 }
 
 /* pga3d_outer_rate_world_twist_twist: -(omega + omega x phi + omega q/2 - (omega . phi) phi)/2: (6.29) without a root or a division. 30 mul, 23 add. */
-BS_INLINE void FN(pga3d_outer_rate_world_twist_twist)(V *RESTRICT out, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+BS_INLINE void FN(pga3d_outer_rate_world_twist_twist)(BS_APART(V, out, 6), BS_APART(const V, phi_in, 6), BS_APART(const V, omega_in, 6))
 {
   const V phi_e01 = phi_in[0];
   const V phi_e02 = phi_in[1];
@@ -468,7 +468,7 @@ BS_INLINE void FN(pga3d_outer_rate_world_twist_twist)(V *RESTRICT out, const V *
 }
 
 /* pga3d_outer_rate_body_twist_twist: -(omega - omega x phi + omega q/2 - (omega . phi) phi)/2. 30 mul, 23 add. */
-BS_INLINE void FN(pga3d_outer_rate_body_twist_twist)(V *RESTRICT out, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+BS_INLINE void FN(pga3d_outer_rate_body_twist_twist)(BS_APART(V, out, 6), BS_APART(const V, phi_in, 6), BS_APART(const V, omega_in, 6))
 {
   const V phi_e01 = phi_in[0];
   const V phi_e02 = phi_in[1];
@@ -499,7 +499,8 @@ BS_INLINE void FN(pga3d_outer_rate_body_twist_twist)(V *RESTRICT out, const V *R
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -7,7 +7,7 @@
 #include "elementary.h"
 
 /* pga3d_translator_euclidean: 1 - t n/2: translation by the vector t. 3 mul, 0 add. */
-BS_INLINE void FN(pga3d_translator_euclidean)(V *RESTRICT out, const V *RESTRICT t_in)
+BS_INLINE void FN(pga3d_translator_euclidean)(BS_APART(V, out, 4), BS_APART(const V, t_in, 3))
 {
   const V t_e1 = t_in[0];
   const V t_e2 = t_in[1];
@@ -19,7 +19,7 @@ BS_INLINE void FN(pga3d_translator_euclidean)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* pga3d_rotor_euclidean_number: cos(angle/2) - sin(angle/2) a I3: counter-clockwise about the unit vector a along ``axis``, at the origin. 14 mul, 4 add, 22 other. */
-BS_INLINE void FN(pga3d_rotor_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT axis_in, const V *RESTRICT angle_in)
+BS_INLINE void FN(pga3d_rotor_euclidean_number)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, axis_in, 3), BS_APART(const V, angle_in, 1))
 {
   const V axis_e1 = axis_in[0];
   const V axis_e2 = axis_in[1];
@@ -59,7 +59,7 @@ BS_INLINE void FN(pga3d_rotor_euclidean_number)(V *RESTRICT out, V *RESTRICT sta
 }
 
 /* pga3d_rotor_about_euclidean_number_euclidean: The same about the axis through a point (the Euclidean vector to it). 20 mul, 7 add, 22 other. */
-BS_INLINE void FN(pga3d_rotor_about_euclidean_number_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT axis_in, const V *RESTRICT angle_in, const V *RESTRICT point_in)
+BS_INLINE void FN(pga3d_rotor_about_euclidean_number_euclidean)(BS_APART(V, out, 8), BS_APART(V, status, 1), BS_APART(const V, axis_in, 3), BS_APART(const V, angle_in, 1), BS_APART(const V, point_in, 3))
 {
   const V axis_e1 = axis_in[0];
   const V axis_e2 = axis_in[1];
@@ -109,7 +109,7 @@ BS_INLINE void FN(pga3d_rotor_about_euclidean_number_euclidean)(V *RESTRICT out,
 }
 
 /* pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean: Unit motor with <R>_0 >= 0 from the images of e1, e2, e3 (columns) and of the origin, as vectors. 56 mul, 45 add, 58 other. */
-BS_INLINE void FN(pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT e1_in, const V *RESTRICT e2_in, const V *RESTRICT e3_in, const V *RESTRICT origin_in)
+BS_INLINE void FN(pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean)(BS_APART(V, out, 8), BS_APART(V, status, 1), BS_APART(const V, e1_in, 3), BS_APART(const V, e2_in, 3), BS_APART(const V, e3_in, 3), BS_APART(const V, origin_in, 3))
 {
   const V e1_e1 = e1_in[0];
   const V e1_e2 = e1_in[1];
@@ -217,7 +217,7 @@ BS_INLINE void FN(pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidea
 }
 
 /* pga3d_rotor_from_matrix_euclidean_euclidean_euclidean: The same for a rotation matrix, from the images of e1, e2, e3. 40 mul, 37 add, 58 other. */
-BS_INLINE void FN(pga3d_rotor_from_matrix_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT e1_in, const V *RESTRICT e2_in, const V *RESTRICT e3_in)
+BS_INLINE void FN(pga3d_rotor_from_matrix_euclidean_euclidean_euclidean)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, e1_in, 3), BS_APART(const V, e2_in, 3), BS_APART(const V, e3_in, 3))
 {
   const V e1_e1 = e1_in[0];
   const V e1_e2 = e1_in[1];
@@ -314,7 +314,7 @@ BS_INLINE void FN(pga3d_rotor_from_matrix_euclidean_euclidean_euclidean)(V *REST
 }
 
 /* pga3d_motor_to_matrix_motor: The homogeneous matrix of a unit motor, row by row: rotation columns r e_k ~r, then the translation. 31 mul, 22 add. */
-BS_INLINE void FN(pga3d_motor_to_matrix_motor)(V *RESTRICT matrix, const V *RESTRICT r_in)
+BS_INLINE void FN(pga3d_motor_to_matrix_motor)(BS_APART(V, matrix, 16), BS_APART(const V, r_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e01 = r_in[1];
@@ -355,7 +355,7 @@ BS_INLINE void FN(pga3d_motor_to_matrix_motor)(V *RESTRICT matrix, const V *REST
 }
 
 /* pga3d_motor_to_matrix_rotor: The homogeneous matrix of a unit motor, row by row: rotation columns r e_k ~r, then the translation. 16 mul, 13 add. */
-BS_INLINE void FN(pga3d_motor_to_matrix_rotor)(V *RESTRICT matrix, const V *RESTRICT r_in)
+BS_INLINE void FN(pga3d_motor_to_matrix_rotor)(BS_APART(V, matrix, 16), BS_APART(const V, r_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -392,7 +392,7 @@ BS_INLINE void FN(pga3d_motor_to_matrix_rotor)(V *RESTRICT matrix, const V *REST
 }
 
 /* pga3d_motor_to_matrix_translator: The homogeneous matrix of a unit motor, row by row: rotation columns r e_k ~r, then the translation. 3 mul, 0 add. */
-BS_INLINE void FN(pga3d_motor_to_matrix_translator)(V *RESTRICT matrix, const V *RESTRICT r_in)
+BS_INLINE void FN(pga3d_motor_to_matrix_translator)(BS_APART(V, matrix, 16), BS_APART(const V, r_in, 4))
 {
   const V r_e01 = r_in[1];
   const V r_e02 = r_in[2];
@@ -417,7 +417,8 @@ BS_INLINE void FN(pga3d_motor_to_matrix_translator)(V *RESTRICT matrix, const V 
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* pga3d_geometric_multivector_multivector: Geometric product x y. 192 mul, 176 add. */
-BS_INLINE void FN(pga3d_geometric_multivector_multivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_geometric_multivector_multivector)(BS_APART(V, out, 16), BS_APART(const V, x_in, 16), BS_APART(const V, y_in, 16))
 {
   const V x_s = x_in[0];
   const V x_e0 = x_in[1];
@@ -75,7 +75,7 @@ BS_INLINE void FN(pga3d_geometric_multivector_multivector)(V *RESTRICT out, cons
 }
 
 /* pga3d_geometric_motor_motor: Geometric product x y. 48 mul, 40 add. */
-BS_INLINE void FN(pga3d_geometric_motor_motor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_geometric_motor_motor)(BS_APART(V, out, 8), BS_APART(const V, x_in, 8), BS_APART(const V, y_in, 8))
 {
   const V x_s = x_in[0];
   const V x_e01 = x_in[1];
@@ -108,7 +108,7 @@ BS_INLINE void FN(pga3d_geometric_motor_motor)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* pga3d_geometric_rotor_rotor: Geometric product x y. 16 mul, 12 add. */
-BS_INLINE void FN(pga3d_geometric_rotor_rotor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_geometric_rotor_rotor)(BS_APART(V, out, 4), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -125,7 +125,7 @@ BS_INLINE void FN(pga3d_geometric_rotor_rotor)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* pga3d_geometric_even_even: Geometric product x y. 48 mul, 40 add. */
-BS_INLINE void FN(pga3d_geometric_even_even)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_geometric_even_even)(BS_APART(V, out, 8), BS_APART(const V, x_in, 8), BS_APART(const V, y_in, 8))
 {
   const V x_s = x_in[0];
   const V x_e01 = x_in[1];
@@ -158,7 +158,7 @@ BS_INLINE void FN(pga3d_geometric_even_even)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* pga3d_geometric_translator_rotor: Geometric product x y. 12 mul, 8 add. */
-BS_INLINE void FN(pga3d_geometric_translator_rotor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_geometric_translator_rotor)(BS_APART(V, out, 8), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_e01 = x_in[1];
   const V x_e02 = x_in[2];
@@ -178,7 +178,7 @@ BS_INLINE void FN(pga3d_geometric_translator_rotor)(V *RESTRICT out, const V *RE
 }
 
 /* pga3d_geometric_rotor_translator: Geometric product x y. 12 mul, 8 add. */
-BS_INLINE void FN(pga3d_geometric_rotor_translator)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_geometric_rotor_translator)(BS_APART(V, out, 8), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -198,7 +198,7 @@ BS_INLINE void FN(pga3d_geometric_rotor_translator)(V *RESTRICT out, const V *RE
 }
 
 /* pga3d_geometric_motor_any_motor: Geometric product x y. 48 mul, 40 add. */
-BS_INLINE void FN(pga3d_geometric_motor_any_motor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_geometric_motor_any_motor)(BS_APART(V, out, 8), BS_APART(const V, x_in, 8), BS_APART(const V, y_in, 8))
 {
   const V x_s = x_in[0];
   const V x_e01 = x_in[1];
@@ -231,7 +231,7 @@ BS_INLINE void FN(pga3d_geometric_motor_any_motor)(V *RESTRICT out, const V *RES
 }
 
 /* pga3d_outer_multivector_multivector: Outer product x ^ y. 81 mul, 65 add. */
-BS_INLINE void FN(pga3d_outer_multivector_multivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_outer_multivector_multivector)(BS_APART(V, out, 16), BS_APART(const V, x_in, 16), BS_APART(const V, y_in, 16))
 {
   const V x_s = x_in[0];
   const V x_e0 = x_in[1];
@@ -289,7 +289,7 @@ BS_INLINE void FN(pga3d_outer_multivector_multivector)(V *RESTRICT out, const V 
 }
 
 /* pga3d_outer_vector_vector: Outer product x ^ y. 12 mul, 6 add. */
-BS_INLINE void FN(pga3d_outer_vector_vector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_outer_vector_vector)(BS_APART(V, out, 6), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_e0 = x_in[0];
   const V x_e1 = x_in[1];
@@ -308,7 +308,7 @@ BS_INLINE void FN(pga3d_outer_vector_vector)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* pga3d_outer_bivector_vector: Outer product x ^ y. 12 mul, 8 add. */
-BS_INLINE void FN(pga3d_outer_bivector_vector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_outer_bivector_vector)(BS_APART(V, out, 4), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 4))
 {
   const V x_e01 = x_in[0];
   const V x_e02 = x_in[1];
@@ -327,7 +327,7 @@ BS_INLINE void FN(pga3d_outer_bivector_vector)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* pga3d_outer_plane_line: Outer product x ^ y. 12 mul, 8 add. */
-BS_INLINE void FN(pga3d_outer_plane_line)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_outer_plane_line)(BS_APART(V, out, 4), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 6))
 {
   const V x_e0 = x_in[0];
   const V x_e1 = x_in[1];
@@ -346,7 +346,7 @@ BS_INLINE void FN(pga3d_outer_plane_line)(V *RESTRICT out, const V *RESTRICT x_i
 }
 
 /* pga3d_outer_line_line: Outer product x ^ y. 6 mul, 5 add. */
-BS_INLINE void FN(pga3d_outer_line_line)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_outer_line_line)(BS_APART(V, out, 1), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 6))
 {
   const V x_e01 = x_in[0];
   const V x_e02 = x_in[1];
@@ -365,7 +365,7 @@ BS_INLINE void FN(pga3d_outer_line_line)(V *RESTRICT out, const V *RESTRICT x_in
 }
 
 /* pga3d_inner_multivector_multivector: Inner product of thesis 1.2.2, zero with scalars. 69 mul, 55 add. */
-BS_INLINE void FN(pga3d_inner_multivector_multivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_inner_multivector_multivector)(BS_APART(V, out, 14), BS_APART(const V, x_in, 16), BS_APART(const V, y_in, 16))
 {
   const V x_e1 = x_in[2];
   const V x_e2 = x_in[3];
@@ -420,7 +420,7 @@ BS_INLINE void FN(pga3d_inner_multivector_multivector)(V *RESTRICT out, const V 
 }
 
 /* pga3d_regressive_point_point: Regressive product x & y: the meet in CGA, the join in PGA. 6 mul, 6 add. */
-BS_INLINE void FN(pga3d_regressive_point_point)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_regressive_point_point)(BS_APART(V, out, 6), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
@@ -437,7 +437,7 @@ BS_INLINE void FN(pga3d_regressive_point_point)(V *RESTRICT out, const V *RESTRI
 }
 
 /* pga3d_regressive_trivector_trivector: Regressive product x & y: the meet in CGA, the join in PGA. 12 mul, 6 add. */
-BS_INLINE void FN(pga3d_regressive_trivector_trivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_regressive_trivector_trivector)(BS_APART(V, out, 6), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 4))
 {
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
@@ -456,7 +456,7 @@ BS_INLINE void FN(pga3d_regressive_trivector_trivector)(V *RESTRICT out, const V
 }
 
 /* pga3d_regressive_line_point: Regressive product x & y: the meet in CGA, the join in PGA. 9 mul, 8 add. */
-BS_INLINE void FN(pga3d_regressive_line_point)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_regressive_line_point)(BS_APART(V, out, 4), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 4))
 {
   const V x_e01 = x_in[0];
   const V x_e02 = x_in[1];
@@ -474,7 +474,7 @@ BS_INLINE void FN(pga3d_regressive_line_point)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* pga3d_regressive_bivector_trivector: Regressive product x & y: the meet in CGA, the join in PGA. 12 mul, 8 add. */
-BS_INLINE void FN(pga3d_regressive_bivector_trivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_regressive_bivector_trivector)(BS_APART(V, out, 4), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 4))
 {
   const V x_e01 = x_in[0];
   const V x_e02 = x_in[1];
@@ -493,7 +493,7 @@ BS_INLINE void FN(pga3d_regressive_bivector_trivector)(V *RESTRICT out, const V 
 }
 
 /* pga3d_regressive_multivector_multivector: Regressive product x & y: the meet in CGA, the join in PGA. 81 mul, 65 add. */
-BS_INLINE void FN(pga3d_regressive_multivector_multivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_regressive_multivector_multivector)(BS_APART(V, out, 16), BS_APART(const V, x_in, 16), BS_APART(const V, y_in, 16))
 {
   const V x_s = x_in[0];
   const V x_e0 = x_in[1];
@@ -551,7 +551,7 @@ BS_INLINE void FN(pga3d_regressive_multivector_multivector)(V *RESTRICT out, con
 }
 
 /* pga3d_regressive_point_line: Regressive product x & y: the meet in CGA, the join in PGA. 9 mul, 8 add. */
-BS_INLINE void FN(pga3d_regressive_point_line)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_regressive_point_line)(BS_APART(V, out, 4), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 6))
 {
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
@@ -569,7 +569,7 @@ BS_INLINE void FN(pga3d_regressive_point_line)(V *RESTRICT out, const V *RESTRIC
 }
 
 /* pga3d_regressive_point_direction: Regressive product x & y: the meet in CGA, the join in PGA. 6 mul, 3 add. */
-BS_INLINE void FN(pga3d_regressive_point_direction)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_regressive_point_direction)(BS_APART(V, out, 6), BS_APART(const V, x_in, 4), BS_APART(const V, y_in, 3))
 {
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
@@ -586,7 +586,7 @@ BS_INLINE void FN(pga3d_regressive_point_direction)(V *RESTRICT out, const V *RE
 }
 
 /* pga3d_regressive_line_line: Regressive product x & y: the meet in CGA, the join in PGA. 6 mul, 5 add. */
-BS_INLINE void FN(pga3d_regressive_line_line)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_regressive_line_line)(BS_APART(V, out, 1), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 6))
 {
   const V x_e01 = x_in[0];
   const V x_e02 = x_in[1];
@@ -605,7 +605,7 @@ BS_INLINE void FN(pga3d_regressive_line_line)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* pga3d_sandwich_motor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 21 mul, 18 add. */
-BS_INLINE void FN(pga3d_sandwich_motor_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_sandwich_motor_point)(BS_APART(V, out, 4), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e01 = r_in[1];
@@ -628,7 +628,7 @@ BS_INLINE void FN(pga3d_sandwich_motor_point)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* pga3d_sandwich_motor_any_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 25 mul, 18 add. */
-BS_INLINE void FN(pga3d_sandwich_motor_any_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_sandwich_motor_any_point)(BS_APART(V, out, 4), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e01 = r_in[1];
@@ -653,7 +653,7 @@ BS_INLINE void FN(pga3d_sandwich_motor_any_point)(V *RESTRICT out, const V *REST
 }
 
 /* pga3d_sandwich_motor_direction: r x ~r: what a rotor does to an object (thesis 1.2.6). 18 mul, 12 add. */
-BS_INLINE void FN(pga3d_sandwich_motor_direction)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_sandwich_motor_direction)(BS_APART(V, out, 3), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 3))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[4];
@@ -671,7 +671,7 @@ BS_INLINE void FN(pga3d_sandwich_motor_direction)(V *RESTRICT out, const V *REST
 }
 
 /* pga3d_sandwich_motor_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 53 mul, 40 add. */
-BS_INLINE void FN(pga3d_sandwich_motor_line)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_sandwich_motor_line)(BS_APART(V, out, 6), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 6))
 {
   const V r_s = r_in[0];
   const V r_e01 = r_in[1];
@@ -711,7 +711,7 @@ BS_INLINE void FN(pga3d_sandwich_motor_line)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* pga3d_sandwich_motor_any_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 53 mul, 40 add. */
-BS_INLINE void FN(pga3d_sandwich_motor_any_line)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_sandwich_motor_any_line)(BS_APART(V, out, 6), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 6))
 {
   const V r_s = r_in[0];
   const V r_e01 = r_in[1];
@@ -751,7 +751,7 @@ BS_INLINE void FN(pga3d_sandwich_motor_any_line)(V *RESTRICT out, const V *RESTR
 }
 
 /* pga3d_sandwich_motor_plane: r x ~r: what a rotor does to an object (thesis 1.2.6). 26 mul, 18 add. */
-BS_INLINE void FN(pga3d_sandwich_motor_plane)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_sandwich_motor_plane)(BS_APART(V, out, 4), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e01 = r_in[1];
@@ -776,7 +776,7 @@ BS_INLINE void FN(pga3d_sandwich_motor_plane)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* pga3d_sandwich_motor_motor: r x ~r: what a rotor does to an object (thesis 1.2.6). 53 mul, 40 add. */
-BS_INLINE void FN(pga3d_sandwich_motor_motor)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_sandwich_motor_motor)(BS_APART(V, out, 8), BS_APART(const V, r_in, 8), BS_APART(const V, x_in, 8))
 {
   const V r_s = r_in[0];
   const V r_e01 = r_in[1];
@@ -820,7 +820,7 @@ BS_INLINE void FN(pga3d_sandwich_motor_motor)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* pga3d_sandwich_rotor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 18 mul, 12 add. */
-BS_INLINE void FN(pga3d_sandwich_rotor_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_sandwich_rotor_point)(BS_APART(V, out, 4), BS_APART(const V, r_in, 4), BS_APART(const V, x_in, 4))
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -839,7 +839,7 @@ BS_INLINE void FN(pga3d_sandwich_rotor_point)(V *RESTRICT out, const V *RESTRICT
 }
 
 /* pga3d_sandwich_translator_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 3 mul, 3 add. */
-BS_INLINE void FN(pga3d_sandwich_translator_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_sandwich_translator_point)(BS_APART(V, out, 4), BS_APART(const V, r_in, 4), BS_APART(const V, x_in, 4))
 {
   const V r_e01 = r_in[1];
   const V r_e02 = r_in[2];
@@ -854,7 +854,7 @@ BS_INLINE void FN(pga3d_sandwich_translator_point)(V *RESTRICT out, const V *RES
 }
 
 /* pga3d_commutator_twist_twist: Commutator product (x y - y x)/2. 18 mul, 12 add. */
-BS_INLINE void FN(pga3d_commutator_twist_twist)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+BS_INLINE void FN(pga3d_commutator_twist_twist)(BS_APART(V, out, 6), BS_APART(const V, x_in, 6), BS_APART(const V, y_in, 6))
 {
   const V x_e01 = x_in[0];
   const V x_e02 = x_in[1];

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* pga3d_point_euclidean: (e1 + x1 e0) ^ (e2 + x2 e0) ^ (e3 + x3 e0) = (1 + e0 x) I3. 0 mul, 0 add. */
-BS_INLINE void FN(pga3d_point_euclidean)(V *RESTRICT out, const V *RESTRICT position_in)
+BS_INLINE void FN(pga3d_point_euclidean)(BS_APART(V, out, 4), BS_APART(const V, position_in, 3))
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -18,7 +18,7 @@ BS_INLINE void FN(pga3d_point_euclidean)(V *RESTRICT out, const V *RESTRICT posi
 }
 
 /* pga3d_direction_euclidean: e0 v I3: the difference of two points, not normalized. 0 mul, 0 add. */
-BS_INLINE void FN(pga3d_direction_euclidean)(V *RESTRICT out, const V *RESTRICT vector_in)
+BS_INLINE void FN(pga3d_direction_euclidean)(BS_APART(V, out, 3), BS_APART(const V, vector_in, 3))
 {
   const V vector_e1 = vector_in[0];
   const V vector_e2 = vector_in[1];
@@ -29,7 +29,7 @@ BS_INLINE void FN(pga3d_direction_euclidean)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* pga3d_line_euclidean_euclidean: m I3 + (p x m) e0, m the unit vector along the direction. INVALID: the direction is zero. 18 mul, 7 add, 20 other. */
-BS_INLINE void FN(pga3d_line_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT point_in, const V *RESTRICT direction_in)
+BS_INLINE void FN(pga3d_line_euclidean_euclidean)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, point_in, 3), BS_APART(const V, direction_in, 3))
 {
   const V point_e1 = point_in[0];
   const V point_e2 = point_in[1];
@@ -72,7 +72,7 @@ BS_INLINE void FN(pga3d_line_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT s
 }
 
 /* pga3d_line_through_euclidean_euclidean: Line from a to b: the join of the points, normalized. SINGULAR: a = b. 18 mul, 10 add, 20 other. */
-BS_INLINE void FN(pga3d_line_through_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(pga3d_line_through_euclidean_euclidean)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, a_in, 3), BS_APART(const V, b_in, 3))
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -118,7 +118,7 @@ BS_INLINE void FN(pga3d_line_through_euclidean_euclidean)(V *RESTRICT out, V *RE
 }
 
 /* pga3d_plane_euclidean_number: Plane normal . x = offset; the normal need not be unit. INVALID: it is zero. 13 mul, 4 add, 20 other. */
-BS_INLINE void FN(pga3d_plane_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT normal_in, const V *RESTRICT offset_in)
+BS_INLINE void FN(pga3d_plane_euclidean_number)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, normal_in, 3), BS_APART(const V, offset_in, 1))
 {
   const V normal_e1 = normal_in[0];
   const V normal_e2 = normal_in[1];
@@ -155,7 +155,7 @@ BS_INLINE void FN(pga3d_plane_euclidean_number)(V *RESTRICT out, V *RESTRICT sta
 }
 
 /* pga3d_plane_through_euclidean_euclidean_euclidean: Join of three points, normalized. SINGULAR: they are on a line. 25 mul, 17 add, 8 other. */
-BS_INLINE void FN(pga3d_plane_through_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in)
+BS_INLINE void FN(pga3d_plane_through_euclidean_euclidean_euclidean)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, a_in, 3), BS_APART(const V, b_in, 3), BS_APART(const V, c_in, 3))
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -196,7 +196,7 @@ BS_INLINE void FN(pga3d_plane_through_euclidean_euclidean_euclidean)(V *RESTRICT
 }
 
 /* pga3d_point_parameters_point: Position of a point of any weight. SINGULAR: it is at infinity. 3 mul, 0 add, 7 other. */
-BS_INLINE void FN(pga3d_point_parameters_point)(V *RESTRICT position, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_point_parameters_point)(BS_APART(V, position, 3), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
@@ -216,7 +216,7 @@ BS_INLINE void FN(pga3d_point_parameters_point)(V *RESTRICT position, V *RESTRIC
 }
 
 /* pga3d_point_parameters_any_point: Position of a point of any weight. SINGULAR: it is at infinity. 3 mul, 0 add, 7 other. */
-BS_INLINE void FN(pga3d_point_parameters_any_point)(V *RESTRICT position, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_point_parameters_any_point)(BS_APART(V, position, 3), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
@@ -236,7 +236,7 @@ BS_INLINE void FN(pga3d_point_parameters_any_point)(V *RESTRICT position, V *RES
 }
 
 /* pga3d_direction_parameters_direction: The vector of a direction. 0 mul, 0 add. */
-BS_INLINE void FN(pga3d_direction_parameters_direction)(V *RESTRICT vector, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_direction_parameters_direction)(BS_APART(V, vector, 3), BS_APART(const V, x_in, 3))
 {
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
@@ -247,7 +247,7 @@ BS_INLINE void FN(pga3d_direction_parameters_direction)(V *RESTRICT vector, cons
 }
 
 /* pga3d_line_parameters_line: Point nearest the origin and unit direction of a unit line m I3 + (p x m) e0. 6 mul, 3 add. */
-BS_INLINE void FN(pga3d_line_parameters_line)(V *RESTRICT point, V *RESTRICT direction, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_line_parameters_line)(BS_APART(V, point, 3), BS_APART(V, direction, 3), BS_APART(const V, x_in, 6))
 {
   const V x_e01 = x_in[0];
   const V x_e02 = x_in[1];
@@ -264,7 +264,7 @@ BS_INLINE void FN(pga3d_line_parameters_line)(V *RESTRICT point, V *RESTRICT dir
 }
 
 /* pga3d_plane_parameters_plane: Unit normal and offset of a unit plane. 0 mul, 0 add. */
-BS_INLINE void FN(pga3d_plane_parameters_plane)(V *RESTRICT normal, V *RESTRICT offset, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_plane_parameters_plane)(BS_APART(V, normal, 3), BS_APART(V, offset, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e0 = x_in[0];
   const V x_e1 = x_in[1];
@@ -278,7 +278,8 @@ BS_INLINE void FN(pga3d_plane_parameters_plane)(V *RESTRICT normal, V *RESTRICT 
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

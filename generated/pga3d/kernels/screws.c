@@ -7,7 +7,7 @@
 #include "elementary.h"
 
 /* pga3d_screw_twist: Axis, pitch and magnitude with s = magnitude (L* + pitch m n), of a twist bivector (thesis 3.9.3, 3.9.4). 42 mul, 21 add, 62 other. */
-BS_INLINE void FN(pga3d_screw_twist)(V *RESTRICT axis, V *RESTRICT pitch, V *RESTRICT magnitude, V *RESTRICT status, const V *RESTRICT s_in)
+BS_INLINE void FN(pga3d_screw_twist)(BS_APART(V, axis, 6), BS_APART(V, pitch, 1), BS_APART(V, magnitude, 1), BS_APART(V, status, 1), BS_APART(const V, s_in, 6))
 {
   const V s_e01 = s_in[0];
   const V s_e02 = s_in[1];
@@ -105,7 +105,7 @@ BS_INLINE void FN(pga3d_screw_twist)(V *RESTRICT axis, V *RESTRICT pitch, V *RES
 }
 
 /* pga3d_screw_of_lines_line_line_number: The screw of alpha L1* + (1 - alpha) L2* for unit lines, and where its axis meets their common perpendicular. 65 mul, 33 add, 78 other. */
-BS_INLINE void FN(pga3d_screw_of_lines_line_line_number)(V *RESTRICT axis, V *RESTRICT pitch, V *RESTRICT magnitude, V *RESTRICT fraction, V *RESTRICT status, const V *RESTRICT l1_in, const V *RESTRICT l2_in, const V *RESTRICT alpha_in)
+BS_INLINE void FN(pga3d_screw_of_lines_line_line_number)(BS_APART(V, axis, 6), BS_APART(V, pitch, 1), BS_APART(V, magnitude, 1), BS_APART(V, fraction, 1), BS_APART(V, status, 1), BS_APART(const V, l1_in, 6), BS_APART(const V, l2_in, 6), BS_APART(const V, alpha_in, 1))
 {
   const V l1_e01 = l1_in[0];
   const V l1_e02 = l1_in[1];
@@ -236,7 +236,7 @@ BS_INLINE void FN(pga3d_screw_of_lines_line_line_number)(V *RESTRICT axis, V *RE
 }
 
 /* pga3d_screw_bivector_line_number_number: magnitude (L* + pitch m n): the twist bivector of a screw about a unit line. 9 mul, 3 add. */
-BS_INLINE void FN(pga3d_screw_bivector_line_number_number)(V *RESTRICT out, const V *RESTRICT axis_in, const V *RESTRICT pitch_in, const V *RESTRICT magnitude_in)
+BS_INLINE void FN(pga3d_screw_bivector_line_number_number)(BS_APART(V, out, 6), BS_APART(const V, axis_in, 6), BS_APART(const V, pitch_in, 1), BS_APART(const V, magnitude_in, 1))
 {
   const V axis_e01 = axis_in[0];
   const V axis_e02 = axis_in[1];
@@ -255,7 +255,7 @@ BS_INLINE void FN(pga3d_screw_bivector_line_number_number)(V *RESTRICT out, cons
 }
 
 /* pga3d_screw_motor_line_number_number: exp(-angle/2 (L* + pitch m n)): turn about the unit line by an angle and advance along it by pitch * angle. 30 mul, 6 add, 12 other. */
-BS_INLINE void FN(pga3d_screw_motor_line_number_number)(V *RESTRICT out, const V *RESTRICT axis_in, const V *RESTRICT angle_in, const V *RESTRICT pitch_in)
+BS_INLINE void FN(pga3d_screw_motor_line_number_number)(BS_APART(V, out, 8), BS_APART(const V, axis_in, 6), BS_APART(const V, angle_in, 1), BS_APART(const V, pitch_in, 1))
 {
   const V axis_e01 = axis_in[0];
   const V axis_e02 = axis_in[1];
@@ -295,7 +295,8 @@ BS_INLINE void FN(pga3d_screw_motor_line_number_number)(V *RESTRICT out, const V
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* pga3d_moment_about_twist_euclidean: tau - p x f: the moment about a point. 6 mul, 6 add. */
-BS_INLINE void FN(pga3d_moment_about_twist_euclidean)(V *RESTRICT out, const V *RESTRICT wrench_in, const V *RESTRICT point_in)
+BS_INLINE void FN(pga3d_moment_about_twist_euclidean)(BS_APART(V, out, 3), BS_APART(const V, wrench_in, 6), BS_APART(const V, point_in, 3))
 {
   const V wrench_e01 = wrench_in[0];
   const V wrench_e02 = wrench_in[1];
@@ -23,7 +23,7 @@ BS_INLINE void FN(pga3d_moment_about_twist_euclidean)(V *RESTRICT out, const V *
 }
 
 /* pga3d_screw_cross_twist_twist: (A x C, A x D + B x C) of screws (A, B) and (C, D): less their commutator (6.2.3). 18 mul, 12 add. */
-BS_INLINE void FN(pga3d_screw_cross_twist_twist)(V *RESTRICT out, const V *RESTRICT a_in, const V *RESTRICT b_in)
+BS_INLINE void FN(pga3d_screw_cross_twist_twist)(BS_APART(V, out, 6), BS_APART(const V, a_in, 6), BS_APART(const V, b_in, 6))
 {
   const V a_e01 = a_in[0];
   const V a_e02 = a_in[1];
@@ -46,7 +46,7 @@ BS_INLINE void FN(pga3d_screw_cross_twist_twist)(V *RESTRICT out, const V *RESTR
 }
 
 /* pga3d_screw_row_twist: (a, b) of a I3 + b n as six numbers. 0 mul, 0 add. */
-BS_INLINE void FN(pga3d_screw_row_twist)(V *RESTRICT screw_, const V *RESTRICT screw_in)
+BS_INLINE void FN(pga3d_screw_row_twist)(BS_APART(V, screw_, 6), BS_APART(const V, screw_in, 6))
 {
   const V screw_e01 = screw_in[0];
   const V screw_e02 = screw_in[1];
@@ -63,7 +63,7 @@ BS_INLINE void FN(pga3d_screw_row_twist)(V *RESTRICT screw_, const V *RESTRICT s
 }
 
 /* pga3d_screw_of_row_numbers6: a I3 + b n of six numbers. 0 mul, 0 add. */
-BS_INLINE void FN(pga3d_screw_of_row_numbers6)(V *RESTRICT out, const V *RESTRICT screw_in)
+BS_INLINE void FN(pga3d_screw_of_row_numbers6)(BS_APART(V, out, 6), BS_APART(const V, screw_in, 6))
 {
   const V screw_a1 = screw_in[0];
   const V screw_a2 = screw_in[1];

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* pga3d_normalise_vector: x over its norm; null multivectors (a point, for one) are singular. 9 mul, 4 add, 12 other. */
-BS_INLINE void FN(pga3d_normalise_vector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_normalise_vector)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e0 = x_in[0];
   const V x_e1 = x_in[1];
@@ -35,7 +35,7 @@ BS_INLINE void FN(pga3d_normalise_vector)(V *RESTRICT out, V *RESTRICT status, c
 }
 
 /* pga3d_normalise_bivector: x over its norm; null multivectors (a point, for one) are singular. 11 mul, 4 add, 12 other. */
-BS_INLINE void FN(pga3d_normalise_bivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_normalise_bivector)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x_in, 6))
 {
   const V x_e01 = x_in[0];
   const V x_e02 = x_in[1];
@@ -68,7 +68,7 @@ BS_INLINE void FN(pga3d_normalise_bivector)(V *RESTRICT out, V *RESTRICT status,
 }
 
 /* pga3d_normalise_trivector: x over its norm; null multivectors (a point, for one) are singular. 7 mul, 0 add, 9 other. */
-BS_INLINE void FN(pga3d_normalise_trivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_normalise_trivector)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
@@ -91,7 +91,7 @@ BS_INLINE void FN(pga3d_normalise_trivector)(V *RESTRICT out, V *RESTRICT status
 }
 
 /* pga3d_normalise_even: x over its norm; null multivectors (a point, for one) are singular. 14 mul, 6 add, 13 other. */
-BS_INLINE void FN(pga3d_normalise_even)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_normalise_even)(BS_APART(V, out, 8), BS_APART(V, status, 1), BS_APART(const V, x_in, 8))
 {
   const V x_s = x_in[0];
   const V x_e01 = x_in[1];
@@ -130,7 +130,7 @@ BS_INLINE void FN(pga3d_normalise_even)(V *RESTRICT out, V *RESTRICT status, con
 }
 
 /* pga3d_normalise_multivector: x over its norm; null multivectors (a point, for one) are singular. 26 mul, 14 add, 17 other. */
-BS_INLINE void FN(pga3d_normalise_multivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_normalise_multivector)(BS_APART(V, out, 16), BS_APART(V, status, 1), BS_APART(const V, x_in, 16))
 {
   const V x_s = x_in[0];
   const V x_e0 = x_in[1];
@@ -193,7 +193,7 @@ BS_INLINE void FN(pga3d_normalise_multivector)(V *RESTRICT out, V *RESTRICT stat
 }
 
 /* pga3d_normalise_flat_any_motor: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 29 mul, 13 add, 15 other. */
-BS_INLINE void FN(pga3d_normalise_flat_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_normalise_flat_any_motor)(BS_APART(V, out, 8), BS_APART(V, status, 1), BS_APART(const V, x_in, 8))
 {
   const V x_s = x_in[0];
   const V x_e01 = x_in[1];
@@ -238,7 +238,7 @@ BS_INLINE void FN(pga3d_normalise_flat_any_motor)(V *RESTRICT out, V *RESTRICT s
 }
 
 /* pga3d_normalise_flat_any_rotor: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 11 mul, 6 add, 14 other. */
-BS_INLINE void FN(pga3d_normalise_flat_any_rotor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_normalise_flat_any_rotor)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_s = x_in[0];
   const V x_e12 = x_in[1];
@@ -272,7 +272,7 @@ BS_INLINE void FN(pga3d_normalise_flat_any_rotor)(V *RESTRICT out, V *RESTRICT s
 }
 
 /* pga3d_normalise_flat_any_line: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 23 mul, 9 add, 14 other. */
-BS_INLINE void FN(pga3d_normalise_flat_any_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_normalise_flat_any_line)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x_in, 6))
 {
   const V x_e01 = x_in[0];
   const V x_e02 = x_in[1];
@@ -311,7 +311,7 @@ BS_INLINE void FN(pga3d_normalise_flat_any_line)(V *RESTRICT out, V *RESTRICT st
 }
 
 /* pga3d_normalise_flat_any_plane: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 10 mul, 4 add, 13 other. */
-BS_INLINE void FN(pga3d_normalise_flat_any_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+BS_INLINE void FN(pga3d_normalise_flat_any_plane)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4))
 {
   const V x_e0 = x_in[0];
   const V x_e1 = x_in[1];
@@ -343,7 +343,7 @@ BS_INLINE void FN(pga3d_normalise_flat_any_plane)(V *RESTRICT out, V *RESTRICT s
 }
 
 /* pga3d_reflect_point_plane: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 17 mul, 8 add, 11 other. */
-BS_INLINE void FN(pga3d_reflect_point_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(pga3d_reflect_point_plane)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4), BS_APART(const V, mirror_in, 4))
 {
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
@@ -372,7 +372,7 @@ BS_INLINE void FN(pga3d_reflect_point_plane)(V *RESTRICT out, V *RESTRICT status
 }
 
 /* pga3d_reflect_line_plane: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 38 mul, 18 add, 11 other. */
-BS_INLINE void FN(pga3d_reflect_line_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(pga3d_reflect_line_plane)(BS_APART(V, out, 6), BS_APART(V, status, 1), BS_APART(const V, x_in, 6), BS_APART(const V, mirror_in, 4))
 {
   const V x_e01 = x_in[0];
   const V x_e02 = x_in[1];
@@ -410,7 +410,7 @@ BS_INLINE void FN(pga3d_reflect_line_plane)(V *RESTRICT out, V *RESTRICT status,
 }
 
 /* pga3d_reflect_plane_plane: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 20 mul, 8 add, 11 other. */
-BS_INLINE void FN(pga3d_reflect_plane_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(pga3d_reflect_plane_plane)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4), BS_APART(const V, mirror_in, 4))
 {
   const V x_e0 = x_in[0];
   const V x_e1 = x_in[1];
@@ -440,7 +440,7 @@ BS_INLINE void FN(pga3d_reflect_plane_plane)(V *RESTRICT out, V *RESTRICT status
 }
 
 /* pga3d_reflect_point_line: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 23 mul, 13 add, 11 other. */
-BS_INLINE void FN(pga3d_reflect_point_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(pga3d_reflect_point_line)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4), BS_APART(const V, mirror_in, 6))
 {
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
@@ -474,7 +474,7 @@ BS_INLINE void FN(pga3d_reflect_point_line)(V *RESTRICT out, V *RESTRICT status,
 }
 
 /* pga3d_reflect_point_point: x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade. 8 mul, 3 add, 8 other. */
-BS_INLINE void FN(pga3d_reflect_point_point)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+BS_INLINE void FN(pga3d_reflect_point_point)(BS_APART(V, out, 4), BS_APART(V, status, 1), BS_APART(const V, x_in, 4), BS_APART(const V, mirror_in, 4))
 {
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
@@ -499,7 +499,8 @@ BS_INLINE void FN(pga3d_reflect_point_point)(V *RESTRICT out, V *RESTRICT status
 
 BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
 {
-  const S *const lanes = (const S *)src;
+  S lanes[W];
+  FN(store_rows)(lanes, src, 1);
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 

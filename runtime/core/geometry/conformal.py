@@ -69,7 +69,7 @@ class Conformal(EuclideanAlgebra):
         return self.construct(f"conformal.{name}", *operands, strict=strict)
 
     def dilator(self, scale: Any, center: Any = 0, strict: bool = False) -> Multivector:
-        """Scaling about a centre. INVALID: the scale is not positive."""
+        """Scaling about a center. INVALID: the scale is not positive."""
         number = ArrayOperand(scale, 0, "scale")
         if is_origin(center):
             return self.construct("conformal.dilator", number, strict=strict)
@@ -103,7 +103,7 @@ class Conformal(EuclideanAlgebra):
         with np.errstate(all="ignore"):
             scale = (c + k) / (c - k)
             center = np.stack([x[f"e{i + 1}ni"] / np.where(k == 0, 1, k) for i in range(self.space)], -1)
-        anywhere = (k == 0) & (x.kind.name == "homothety")  # scale 1 about any centre
+        anywhere = (k == 0) & (x.kind.name == "homothety")  # scale 1 about any center
         status = np.where(anywhere, np.uint8(Status.NOT_UNIQUE), np.uint8(Status.OK))
         return self.named_tuple(Dilator, (scale, center), x, status)
 

@@ -221,6 +221,11 @@ def is_origin(point: Any) -> bool:
     return isinstance(point, int | float) and point == 0
 
 
+def perpendicular(direction: NDArray[Any]) -> NDArray[Any]:
+    """A direction (3,) perpendicular to another, in the plane across the axis that is most across it; not unit."""
+    return np.asarray(np.cross(direction, np.eye(3)[np.abs(direction).argmin()]))
+
+
 def plain(value: Any) -> NDArray[Any]:
     """Coefficients of a result, multivector or array."""
     return value._data if isinstance(value, Multivector) else value
@@ -233,4 +238,4 @@ def _plane_vector(logarithm: Multivector, dimension: int) -> NDArray[Any]:
     return np.stack([-logarithm["e23"], logarithm["e13"], -logarithm["e12"]], -1)
 
 
-__all__ = ["EuclideanAlgebra", "Motor", "Rotor", "Translator", "is_origin", "plain"]
+__all__ = ["EuclideanAlgebra", "Motor", "Rotor", "Translator", "is_origin", "perpendicular", "plain"]

@@ -12,6 +12,7 @@ from ...core.multivector import Multivector
 from ...mechanics.rigid_body import RigidBody
 from ..model import loads as load_types
 from ..model.constraints import Constraint, Pin
+from ..model.joint_loads import JointLoad
 from .body_parameters import loads_present, pack_bodies, pack_functions, pack_springs
 from .constraint_parameters import pack_constraint
 from .data import Assembly
@@ -46,6 +47,7 @@ def assemble(
         origin = np.mean([np.broadcast_to(b.position, (*shape, 3)) for b in bodies], 0)
         frames = [principal_frame(b, origin) for b in bodies]
         mode = "constrained" if constraints else "free"
+    loads = [load for load in loads if not isinstance(load, JointLoad)]
     size = shape[0] if shape else 1
     assembly = Assembly(algebra, tuple(bodies), tuple(names), size, bool(shape), frames, origin, mode)
     assembly.constraints = tuple(constraints)
@@ -70,14 +72,16 @@ def _shape(bodies: Sequence[RigidBody], loads: Sequence[Any]) -> tuple[int, ...]
             case load_types.Spring():
                 shapes += [load.point.shape[:-1], load.anchor.shape[:-1]]
                 shapes += [x.shape for x in (load.stiffness, load.length, load.damping)]
-            case load_types.Damper():
-                shapes += [load.angular.shape, load.linear.shape]
+            case load_types.BodyLaw():
+                shapes += [getattr(load, name).shape for name in load.numbers]
+            case JointLoad():
+                shapes += load.shapes
             case load_types.Gravity():
                 shapes.append(load.acceleration.shape[:-1])
             case load_types.BodyWrench() | load_types.WorldWrench():
                 shapes += [load.wrench.shape] if isinstance(load.wrench, Multivector) else []
             case _:
-                names = "Gravity, BodyWrench, WorldWrench, Spring, Damper"
+                names = ", ".join(load_types.load_names())
                 raise InputError(f"a load is a {type(load).__name__}; there are: {names}.")
     try:
         shape = np.broadcast_shapes(*shapes)

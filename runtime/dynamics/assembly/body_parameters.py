@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.programs.dynamics.records import BODY, SPRING
+from ...codegen.algorithms.dynamics.records import LAW_NUMBERS, Body, Coupling, Spring
+from ...codegen.programs.dynamics.config import LOADS
+from ...codegen.programs.dynamics.loads import LAW_PLACES
 from ...core.multivector import Multivector
 from ...dispatch.formulas import ArrayOperand, evaluate
 from ...mechanics.arguments import coefficients, multivector_of
@@ -32,15 +34,13 @@ def loads_present(loads: Sequence[Any]) -> tuple[str, ...]:
                 present.add("gravity")
             case load_types.Spring():
                 present.add("spring")
-            case load_types.Damper():
-                present.add("drag")
+            case load_types.BodyLaw():
+                present |= {load.law} if load.other is None else {load.law, "coupling"}
             case load_types.BodyWrench():
                 present.add("body_wrench" if constant else "user")
             case _:
                 present.add("world_wrench" if constant else "user")
-    return tuple(
-        name for name in ("gravity", "body_wrench", "world_wrench", "drag", "spring", "user") if name in present
-    )
+    return tuple(name for name in LOADS if name in present)
 
 
 def mass_matrix(algebra: Algebra, mass: Any, moments: Array, frame: Multivector) -> Array:
@@ -60,7 +60,7 @@ def pack_bodies(assembly: Assembly, loads: Sequence[Any]) -> None:
     algebra = assembly.algebra
     gravity = sum((load.acceleration for load in loads if isinstance(load, load_types.Gravity)), np.zeros(3))
     for i, (body, frame) in enumerate(zip(assembly.bodies, assembly.frames, strict=True)):
-        numbers = BODY.zeros(assembly.size)
+        numbers = Body.zeros(assembly.size)
 
         axes = algebra.motor_from_matrix(body.axes)  # from the principal axes to the body's
         matrix = mass_matrix(algebra, body.mass, body.moments, (~frame.to_body * axes).as_kind("motor", check=False))
@@ -81,19 +81,32 @@ def pack_bodies(assembly: Assembly, loads: Sequence[Any]) -> None:
         numbers.center = algebra.matrix(~frame.to_body)[..., :3, 3]
         numbers.flows = rotation_flows(frame.moments)
         numbers.moments = frame.moments
-        numbers.world = _wrenches(assembly, i, loads, load_types.WorldWrench, assembly.shift)
-        in_body = _wrenches(assembly, i, loads, load_types.BodyWrench, frame.to_body)
+        numbers.world = constant_wrenches(assembly, i, loads, load_types.WorldWrench, assembly.shift)
+        in_body = constant_wrenches(assembly, i, loads, load_types.BodyWrench, frame.to_body)
         numbers.wrench = evaluate(algebra, "mechanics.covector_of", algebra.wrap(algebra.kind("twist"), in_body)).value
-        dampers = [
-            d for d in loads if isinstance(d, load_types.Damper) and assembly.body_index(d.body, "a damper") == i
-        ]
-        for d in dampers:
-            numbers.drag[:, 0] += d.angular
-            numbers.drag[:, 1] += d.linear
+        numbers.laws = law_numbers(assembly, i, loads)
         assembly.append(np.asarray(numbers))
 
 
-def _wrenches(assembly: Assembly, body: int, loads: Sequence[Any], kind: type[Any], frame: Multivector) -> Array:
+def law_numbers(assembly: Assembly, body: int, loads: Sequence[Any]) -> Array:
+    """Numbers (simulations, k) of all laws of loads on a body against the world."""
+    numbers = np.zeros((assembly.size, LAW_NUMBERS))
+    for load in loads:
+        of_world = isinstance(load, load_types.BodyLaw) and load.other is None
+        if of_world and assembly.body_index(load.body, load.label) == body:
+            _add_law(numbers, load)
+    return numbers
+
+
+def _add_law(numbers: Array, load: load_types.BodyLaw) -> None:
+    """Add the numbers of a law of loads to those in their places."""
+    for at, name in enumerate(load.numbers, LAW_PLACES[load.law].first):
+        numbers[..., at] += getattr(load, name)
+
+
+def constant_wrenches(
+    assembly: Assembly, body: int, loads: Sequence[Any], kind: type[Any], frame: Multivector
+) -> Array:
     """Sum of the constant wrenches of a kind on a body, in a frame, on twists' blades."""
     total = np.zeros((assembly.size, 6))
     for load in loads:
@@ -115,8 +128,22 @@ def rotation_flows(moments: Array) -> Array:
     )
 
 
+def rotation_flow_changes(moments: Array, changes: Array) -> Array:
+    """Tangents (n, k, 9) of `rotation_flows` of moments (.., 3) that change (n, k, 3); axes stay."""
+    order = np.argsort(moments, -1)[..., None, :]
+    rates = -np.take_along_axis(changes / moments[..., None, :] ** 2, np.broadcast_to(order, changes.shape), -1)
+    axis, middle = np.zeros(changes.shape), rates[..., 1:2]
+    return np.concatenate([middle, axis, rates[..., 0:1] - middle, axis, rates[..., 2:3] - middle], -1)
+
+
+def angular_places(algebra: Algebra) -> Array:
+    """Which coefficients of a twist are the rotations about the three axes."""
+    one = algebra.motor_from_matrix(np.eye(4))
+    return np.array([mass_matrix(algebra, 0.0, row, one).diagonal().argmax() for row in np.eye(3)])
+
+
 def pack_springs(assembly: Assembly, loads: Sequence[Any]) -> None:
-    """Add springs, their ends in the driver's frames."""
+    """Add springs, their ends in the driver's frames, then laws between two bodies."""
     assembly.spring_offset = assembly.parameter_count
     for load in loads:
         if not isinstance(load, load_types.Spring):
@@ -126,12 +153,20 @@ def pack_springs(assembly: Assembly, loads: Sequence[Any]) -> None:
             _point_in_driver_frame(assembly, body, load.point),
             _point_in_driver_frame(assembly, other, load.anchor),
         ]
-        numbers = SPRING.zeros(*np.broadcast_shapes((assembly.size,), *[e.shape[:-1] for e in ends]))
+        numbers = Spring.zeros(*np.broadcast_shapes((assembly.size,), *[e.shape[:-1] for e in ends]))
         numbers.point, numbers.anchor = ends
         numbers.stiffness, numbers.length, numbers.damping = load.stiffness, load.length, load.damping
         assembly.append(np.asarray(numbers))
         assembly.springs.append((body, other))
         assembly.damped = assembly.damped or bool((load.damping != 0).any())
+    for load in loads:
+        if isinstance(load, load_types.BodyLaw) and load.other is not None:
+            body, other = (assembly.body_index(b, load.label) for b in (load.body, load.other))
+            coupling = Coupling.zeros(assembly.size)
+            coupling.center = _point_in_driver_frame(assembly, body, np.zeros(3))
+            _add_law(coupling.laws, load)
+            assembly.append(np.asarray(coupling))
+            assembly.couplings.append((body, other))
 
 
 def _point_in_driver_frame(assembly: Assembly, body: int, point: Array) -> Array:

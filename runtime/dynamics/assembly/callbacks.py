@@ -52,7 +52,7 @@ class CallbackRegistry:
             if np.size(value) != self.sizes[which]:  # the driver has room for no more, and reads no less
                 raise InputError(
                     f"it returned {np.size(value)} numbers where {self.sizes[which]} are needed: return one object, "
-                    "always with its two derivatives or always without"
+                    "with its two derivatives at every call or at none"
                 )
             if not np.isfinite(value).all():
                 raise InputError(f"it returned {value[~np.isfinite(value)][0]}")

@@ -152,18 +152,20 @@ def _pack_linear(
         )
         targets = _target_derivatives(goal, duration) if callable(target) else _constant(goal(0.0)[0])
 
-        def radius_error(t: float) -> float:
+        def error_of_radius(t: float) -> float:
             value = world(t) if isinstance(constraint, Incidence) and callable(world) else ()
             return max((unknown_of(x) for x in (value if isinstance(value, tuple) else (value,))[:1]), default=0.0)
 
         packed.callback = assembly.callbacks.add(
-            lambda item, t, state: np.concatenate([*objects(t), *targets(t), radius_error(t)], axis=None),
+            lambda item, t, state: np.concatenate([*objects(t), *targets(t), error_of_radius(t)], axis=None),
             constraint.label,
             3 * (algebra.kind(layout).size + equations) + 1,
         )
     else:
         far = _far_sphere(assembly, constraint, world, frame, body, other)
-        fixed, packed.radius_error = (path(0.0)[0], 0.0) if far is None else far
+        fixed, radius_error = (path(0.0)[0], 0.0) if far is None else far
+        if radius_error:
+            packed.error_offset = assembly.append([radius_error])
         packed.object_offset = assembly.append(on_layout(fixed, layout))
         packed.target_offset = assembly.append(goal(0.0)[0])
     if matrix is not None:

@@ -50,7 +50,7 @@ class BodyFrame:
 
 @dataclass
 class DriverConstraint:
-    """A constraint A[~S V S] = H as the driver reads it: see `bs_constraint`.
+    """A constraint A[~S V S] = H as the driver reads it: see the record Constraint of codegen/algorithms/dynamics.
 
     Attributes
     ----------
@@ -65,8 +65,8 @@ class DriverConstraint:
         Number of the function that gives V, H and their derivatives; -1 if they are constant.
     object_offset, target_offset, matrix_offset : int
         Offsets of V, H and A among the parameters; a matrix offset of -1 is the identity.
-    radius_error : float
-        Length by which the radius of V is not known.
+    error_offset : int
+        Offset of the length by which the radius of V is not known; -1: it is known.
     """
 
     constraint: Constraint
@@ -79,7 +79,7 @@ class DriverConstraint:
     object_offset: int = 0
     target_offset: int = 0
     matrix_offset: int = -1
-    radius_error: float = 0.0
+    error_offset: int = -1
 
 
 @dataclass
@@ -99,6 +99,8 @@ class Assembly:
         Types of loads that are present.
     springs : list of (int, int)
         Bodies at the two ends of each spring; -1 is the world.
+    couplings : list of (int, int)
+        Bodies between which laws of loads act, by the first one's motion as the second sees it.
     user_loads : list of (int, bool, int)
         Body, whether the wrench is the world's, and number of the function of each load that is a function.
     parameter_blocks : list of array (simulations, k)
@@ -124,6 +126,7 @@ class Assembly:
     callbacks: CallbackRegistry = field(default_factory=CallbackRegistry)
     driver_constraints: list[DriverConstraint] = field(default_factory=list)
     springs: list[tuple[int, int]] = field(default_factory=list)
+    couplings: list[tuple[int, int]] = field(default_factory=list)
     user_loads: list[tuple[int, bool, int]] = field(default_factory=list)
     parameter_blocks: list[Array] = field(default_factory=list)
     parameter_count: int = 0

@@ -65,7 +65,7 @@ def far_sphere(sphere: Multivector, frame: Multivector, point: Multivector) -> t
 
 
 def _exact_parameters(sphere: Multivector) -> tuple[Array, Array]:
-    """Centres and radii that coefficients mean, rounded once."""
+    """Centers and radii that coefficients mean, rounded once."""
     dual = sphere.dual()
     names = [dual.algebra.blade_name(b) for b in dual.kind.blades]
     values = dual.values[..., [names.index(name) for name in ("e1", "e2", "e3", "no", "ni")]]

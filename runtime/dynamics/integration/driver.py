@@ -1,11 +1,8 @@
-"""The compiled dynamics driver: arrays in, arrays out, over threads.
-
-The only module that knows the layout of the driver's structures (templates/c/programs/dynamics/dynamics_types.h).
-"""
+"""The compiled dynamics driver: arrays in, arrays out, over threads."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 from functools import cache
@@ -14,142 +11,187 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.build.extension import load, required_compiler
+from ...codegen.algorithms.dynamics.records import FINE, Constraint, Control, Progress, Reached, state_record
+from ...codegen.execute.in_place import Bound, InPlace, Kept
 from ...codegen.interrupts import deferred_interrupts
-from ...codegen.programs.dynamics.config import DynamicsConfig
-from ...codegen.programs.dynamics.dynamics import dynamics_program
+from ...codegen.ir.loops.records import Record
 from ...common import parallel
-from ..assembly.callbacks import CallbackRegistry
 from ..assembly.data import Assembly
-from .integrators import NUMBERS, Method
+from .integrators import Method
+from .program import program_for
 
 if TYPE_CHECKING:
     from ..sensitivity.parameters import Directions
 
 Array = NDArray[Any]
-#: Status of a simulation, as in templates/c/programs/dynamics/dynamics_rates.j2.
+#: Status of a simulation, as in codegen/algorithms/dynamics/records.py.
 OK, NOT_FINITE, UNDERFLOW, RANK_CHANGED, USER_FAILED, STOPPED, EVENT, NOT_SOLVED, VIOLATED = range(9)
 STALLED = 10
 #: Steps of a simulation between two checks of interrupts and progress.
 STEPS = 16384
 #: The same if it calls users' functions.
 STEPS_OF_FUNCTIONS = 256
-#: Fraction of a constraint equation, by energy, that must be independent of the others; below it, it is redundant.
-TOLERANCE = 1e-7
-#: The same for a first projection: far from the constraints, redundant equations differ by about the error of the pose.
+#: As `FINE`, for a first projection: far off the constraints, redundant equations differ by the error of the pose.
 COARSE = 1e-3
 #: Bodies beyond which there are fewer steps between two checks: the work of a step grows as their cube.
 MANY = 50
 #: Largest workspace, in bytes, that is reused by the next call.
 REUSED_WORKSPACE = 1 << 22
+#: Where fields of `Control` are.
+_STOP, _LAST, _BUDGET, _PROJECTS = (Control.offsets[name] for name in ("stop", "last", "budget", "projects"))
+#: An argument that a program does not look at.
+_NOTHING = np.zeros((1, 1))
+#: A stop that never comes.
+_NEVER = np.zeros(1, np.int64)
 
 
-@cache
-def driver(needs: DynamicsConfig) -> Any:
-    """Compiled driver of simulations with these needs."""
-    # before the program is generated, which takes longer
-    required_compiler("simulations are compiled when they first run")
-    module = load(dynamics_program(needs).extension())
-    if needs.callbacks:
+def aligned_zeros(size: int) -> Array:
+    """Zeros that begin where a wide vector may."""
+    found = np.zeros(size + 3)
+    return found[-(found.ctypes.data // 8) % 4 :][:size]
 
-        def on_error(_: Any, error: BaseException, traceback: Any) -> None:
-            # An interrupt may come before the first line of `call_function`, or between two of them.
-            module.ffi.from_handle(traceback.tb_frame.f_locals["handle"]).keep(error)
 
-        @module.ffi.def_extern(name="bs_dynamics_user", error=1, onerror=on_error)  # type: ignore[untyped-decorator, unused-ignore]
-        def call_function(handle: Any, which: int, item: int, t: float, state: Any, out: Any) -> int:
-            functions: CallbackRegistry = module.ffi.from_handle(handle)
-            values = np.frombuffer(module.ffi.buffer(state, 14 * 8), np.float64)
-            value = functions.call(which, item, t, values)
-            if value is None:
-                return 1
-            result = np.ascontiguousarray(value, np.float64).ravel()
-            module.ffi.memmove(out, module.ffi.from_buffer(result), result.nbytes)
-            return 0
+class Workspace:
+    """What a thread brings along: numbers and integers of its work, and the algorithm of runs that works on them."""
 
-    return module
+    def __init__(self, w: Array, p: Array, run: InPlace) -> None:
+        self.w, self.p, self.run = w, p, run
 
 
 class Driver:
-    """An assembly and a method, ready to run."""
+    """An assembly and a method, ready to run.
+
+    Attributes
+    ----------
+    size, bodies, tangents, equations : int
+        Simulations; bodies, directions of sensitivities and equations of constraints of each.
+    memory : int
+        Numbers that a simulation keeps.
+    workspace_bytes : int
+        Of what each thread brings along.
+    budget : int
+        Steps of a simulation between two checks of interrupts and progress.
+    """
 
     def __init__(
         self, assembly: Assembly, method: Method, chart: str, project: bool, baumgarte: float,
-        part: slice = slice(None), directions: Directions | None = None,
+        part: slice = slice(None), directions: Directions | None = None, target: str = "c",
     ) -> None:  # fmt: skip
         self.assembly, self.method, self.part, self.directions = assembly, method, part, directions
         self.tangents = 0 if directions is None else directions.count
-        module = driver(replace(assembly.needs(method.driver, chart), tangents=self.tangents))
-        self._lib, self._ffi = module.lib, module.ffi
-        self._alive: list[Any] = []
-        self._workspaces: list[Any] = []
-        self._model = self._new_model(project, baumgarte)
-        self._method = self._new_method()
+        functions = len(assembly.callbacks.functions) if self.tangents or method.driver == "implicit" else 0
+        needs = replace(assembly.needs(method.driver, chart), tangents=self.tangents, functions=functions)
+        self.program = program_for(needs, target)
         self.size, self.bodies = len(range(assembly.size)[part]), len(assembly.bodies)
         self.equations = assembly.equation_count
-        self.memory = int(self._lib.bs_dynamics_memory(self._method))  # numbers that a simulation keeps between calls
-        self.workspace_bytes = int(self._lib.bs_dynamics_workspace())
+        self.state = 12 * self.bodies * (1 + self.program.needs.columns)  # numbers of a state of a chart
+        self.stage_rows = method.scheme.kept_rows if method.driver in ("chart", "adaptive", "implicit") else 0
+        self.memory = self.program.kept.size + self.stage_rows * self.state
+        self.workspace_bytes = self.program.workspace_bytes
+        self.reuses_workspaces = self.workspace_bytes <= REUSED_WORKSPACE
+        self.budget = self._budget()
+        self._numbers = assembly.parameters[part]
+        self._workspaces: list[Workspace] = []
+        self._handle, self._functions = self.program.hold_functions(assembly.callbacks)
+        self._constants = self._new_constants(project, baumgarte)
+        self._kept = self._new_kept()
 
-    def _doubles(self, values: Any) -> Any:
-        array = np.ascontiguousarray(values, np.float64)
-        buffer = self._ffi.from_buffer("double[]", array if array.size else np.zeros(1))
-        self._alive.append(buffer)
-        return buffer
+    def _budget(self) -> int:
+        steps = STEPS_OF_FUNCTIONS if self.assembly.callbacks.functions else STEPS
+        return max(1, int(min(16, 16 * (MANY / self.bodies) ** 3)), steps // self.bodies**2)
 
-    def _new_model(self, project: bool, baumgarte: float) -> Any:
-        assembly, model = self.assembly, self._ffi.new("bs_dynamics *")
-        numbers = assembly.parameters[self.part]
-        model.numbers, model.stride = self._doubles(numbers), numbers.shape[1]
-        model.bodies, model.springs = 0, assembly.spring_offset
-        model.spring_count, model.constraint_count = len(assembly.springs), len(assembly.driver_constraints)
-        model.load_count = len(assembly.user_loads)
-        springs = np.array(assembly.springs or [(0, 0)], np.int32)
-        constraints = self._ffi.new("bs_constraint[]", max(1, len(assembly.driver_constraints)))
-        for struct, packed in zip(constraints, assembly.driver_constraints, strict=False):
-            struct.layout = -1 if packed.power else assembly.layouts.index(packed.layout)
-            struct.body, struct.other = packed.body, packed.other
-            struct.rows, struct.user = packed.equations, packed.callback
-            struct.v, struct.h, struct.a = packed.object_offset, packed.target_offset, packed.matrix_offset
-            struct.unknown = packed.radius_error
-        loads = self._ffi.new("bs_user_load[]", max(1, len(assembly.user_loads)))
-        for struct, (body, world, which) in zip(loads, assembly.user_loads, strict=False):
-            struct.body, struct.world, struct.user = body, int(world), which
-        model.spring_bodies = self._ffi.from_buffer("int32_t[]", springs)
-        model.constraints, model.loads = constraints, loads
-        model.tolerance, model.baumgarte, model.project = TOLERANCE, baumgarte, int(project)
+    def _new_constants(self, project: bool, baumgarte: float) -> tuple[dict[str, float], dict[str, int]]:
+        """What the work of each thread says about all simulations, by field."""
+        assembly, method, scheme = self.assembly, self.method, self.method.scheme
+        numbers = {
+            "baumgarte": baumgarte, "longest_step": method.step, "rtol": method.rtol,
+            "atol": method.atol,
+        }  # fmt: skip
+        integers = {
+            "project": int(project), "handle": self._handle, "stride": self._numbers.shape[1],
+            "spring_offset": assembly.spring_offset, "springs": len(assembly.springs),
+            "couplings": len(assembly.couplings),
+            "constraints": len(assembly.driver_constraints), "loads": len(assembly.user_loads),
+            "stages": scheme.stages, "all_stages": scheme.all_stages, "dense_rows": scheme.dense_rows,
+            "method_order": scheme.order,
+        }  # fmt: skip
+        return numbers, integers
+
+    def arrays(self) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Arrays that the simulations of all runs share, and those of which each has its own."""
+        assembly = self.assembly
+        constraints = Constraint.zeros(max(1, len(assembly.driver_constraints)))
+        for row, packed in zip(constraints, assembly.driver_constraints, strict=False):
+            row.layout = -1 if packed.power else assembly.layouts.index(packed.layout)
+            row.body, row.other, row.rows, row.user = packed.body, packed.other, packed.equations, packed.callback
+            row.v, row.h, row.a = packed.object_offset, packed.target_offset, packed.matrix_offset
+            row.unknown = packed.error_offset
+        shared = {
+            "springs": np.array([*assembly.springs, *assembly.couplings] or [(0, 0)], np.int64),
+            "user_loads": np.array(assembly.user_loads or [(0, False, 0)], np.int64),
+            "constraints": np.asarray(constraints), "scheme": self.method.numbers,
+        }  # fmt: skip
+        own = {"numbers": self._numbers, "bodies": self._numbers}
         if self.directions is not None:
-            model.directions = self._doubles(self.directions.scaled[0][self.part])
-        handle = self._ffi.new_handle(assembly.callbacks)
-        model.handle = handle
-        self._alive += [springs, constraints, loads, handle]
-        return model
+            own["directions"] = self._new_directions(self.directions.scaled[0][self.part])
+        return shared, own
 
-    def _new_method(self) -> Any:
-        method, struct = self.method, self._ffi.new("bs_method *")
-        scheme = method.scheme
-        struct.method, struct.order = NUMBERS[method.driver], scheme.order
-        struct.stages, struct.all_stages = len(scheme.b), len(scheme.c)
-        struct.a, struct.b, struct.c = self._doubles(scheme.a), self._doubles(scheme.b), self._doubles(scheme.c)
-        struct.errors, struct.dense = self._doubles(scheme.errors), self._doubles(scheme.dense)
-        struct.dense_rows = len(scheme.dense)
-        struct.composition, struct.parts = self._doubles(method.composition), len(method.composition)
-        struct.step, struct.rtol, struct.atol = method.step, method.rtol, method.atol
-        return struct
+    def _new_directions(self, directions: Array) -> Array:
+        """Directions one after the other; behind them, if several are computed at once, in groups side by side."""
+        needs = self.program.needs
+        n, count, stride = directions.shape
+        if needs.lanes == 1:
+            return np.ascontiguousarray(directions)
+        both = aligned_zeros(2 * n * needs.columns * stride).reshape(n, 2, needs.columns, stride)
+        both[:, 0, :count] = directions
+        groups = both[:, 0].reshape(n, -1, needs.lanes, stride)
+        both[:, 1] = groups.swapaxes(2, 3).reshape(n, needs.columns, stride)
+        return both.reshape(n, 2 * needs.columns, stride)
 
-    def workspace(self) -> Any:
-        """Workspace for one thread, to be returned by `release`."""
+    def _new_kept(self) -> dict[str, Kept]:
+        """Arguments of all runs."""
+        keep, (shared, own) = self.program.keep, self.arrays()
+        nothing = [] if self.stage_rows else ["stages"]
+        if self.directions is None:
+            nothing += ["directions", "tangents"]
+        return {**keep(dict.fromkeys(nothing, _NOTHING)), **keep(shared), **keep(own, self.size)}
+
+    def workspace(self) -> Workspace:
+        """Work of one thread, to be returned by `release`."""
         try:
             return self._workspaces.pop()
         except IndexError:
-            return self._ffi.from_buffer(np.empty(self.workspace_bytes // 8 + 1))
+            program = self.program
+            whole = aligned_zeros(self.workspace_bytes // 8)  # vectors of series do not cross lines of the cache
+            w, p = whole[: program.work.size], whole[program.work.size :].view(np.int64)[: program.integers.size]
+            numbers, integers = self._constants
+            for name, value in numbers.items():
+                w[program.work.offsets[name]] = value
+            for name, value in integers.items():
+                p[program.integers.offsets[name]] = value
+            own = {"w": w, "p": p}
+            if program.is_on_gpu:
+                kept = program.keep({name: np.tile(array, (self.size, 1)) for name, array in own.items()}, self.size)
+            else:
+                kept = program.keep(own)
+            return Workspace(w, p, program["run"].holding({**self._kept, **kept}))
 
-    def release(self, workspace: Any) -> None:
-        """Keep a workspace for the next call, unless it is large: a finished simulation does not hold memory."""
-        if self.workspace_bytes <= REUSED_WORKSPACE:
+    def release(self, workspace: Workspace) -> None:
+        """Keep work for the next call, unless it is large: a finished simulation does not hold memory."""
+        if self.reuses_workspaces:
             self._workspaces.append(workspace)
 
-    def evaluate(self, t: float, motors: Array, twists: Array) -> dict[str, Any]:
-        """Evaluate the dynamics of the first simulation at one state, motors (bodies, 8) and twists (bodies, 6).
+    def _call(self, name: str, item: int, **arguments: Any) -> Any:
+        """Run an algorithm on a state of one simulation, and return what it returns."""
+        workspace, numbers = self.workspace(), self._numbers[item]
+        own = {"numbers": numbers, "bodies": numbers, "w": workspace.w, "p": workspace.p, "stop": _NEVER}
+        result = self.program[name]({**self._kept, **own, **arguments})
+        self.release(workspace)
+        self.raise_error()
+        return result
+
+    def evaluate(self, t: float, motors: Array, twists: Array, item: int = 0) -> dict[str, Any]:
+        """Evaluate the dynamics of a simulation at one state, motors (bodies, 8) and twists (bodies, 6).
 
         Returns
         -------
@@ -163,30 +205,32 @@ class Driver:
             "matrix": np.zeros((rows, size)), "right": np.zeros(rows), "errors": np.zeros(rows),
             "rates": np.zeros(rows),
         }  # fmt: skip
-        state = [self._ffi.from_buffer("double[]", np.ascontiguousarray(x, np.float64)) for x in (motors, twists)]
-        results = [self._ffi.from_buffer("double[]", x) for x in values.values()]
-        workspace = self.workspace()
-        rank = self._lib.bs_dynamics_evaluate(self._model, t, *state, *results, workspace)
-        self.release(workspace)
-        self.raise_error()
+        state = {"motors": np.ascontiguousarray(motors, np.float64), "twists": np.ascontiguousarray(twists, np.float64)}
+        rank = self._call("evaluate", item, t=t, **state, **values)
         return {**values, "rank": rank}
 
     def project(self, t: float, motors: Array, twists: Array) -> tuple[Array, Array]:
         """Nearest state of the first simulation that obeys the constraints."""
-        projected = [np.array(x, np.float64) for x in (motors, twists)]
-        for tolerance in (COARSE, TOLERANCE):
-            state = (self._ffi.from_buffer("double[]", x) for x in projected)
-            workspace = self.workspace()
-            self._lib.bs_dynamics_project(self._model, t, tolerance, *state, workspace)
-            self.release(workspace)
-            self.raise_error()
-        return projected[0], projected[1]
+        projected = {"motors": np.array(motors, np.float64), "twists": np.array(twists, np.float64)}
+        for tolerance in (COARSE, FINE) if self.assembly.mode == "constrained" else ():
+            self._call("project", 0, t=t, tolerance=tolerance, **projected)
+        return projected["motors"], projected["twists"]
 
     def raise_error(self) -> None:
         """Raise the error of a user's function."""
         error, self.assembly.callbacks.error = self.assembly.callbacks.error, None
         if error is not None:
             raise error
+
+
+@cache
+def _places(record: Record) -> dict[str, Any]:
+    """Where the fields are in rows of a record."""
+    found = {}
+    for name in record.offsets:
+        first, count = record.extent(name)
+        found[name] = slice(first, first + count) if record.shapes[name] else first
+    return found
 
 
 class Run:
@@ -200,32 +244,54 @@ class Run:
         Status, time of the last state, number of steps taken and of states stored.
     tangents : array (simulations, stores, directions, 2, bodies, 6)
         Tangents of motors, as twists in their frames, and of twists.
+    event_tangents : array (directions,)
+        Tangents of the time of the event that ended a single simulation.
     start, start_rows : array (simulations, 2)
         Largest errors of poses and of rates at the start, as fractions of their terms, and the rows.
     off : array (simulations, 2)
         Error of the constraints that remains after projection of the last state, and its row.
+    singular : array (simulations, 2)
+        Least fraction of a constraint that was independent of the others at the end of a step, and when.
     """
 
+    motors: Array
+    twists: Array
+    reactions: Array
+    violations: Array
+    number: Array
+    status: Array
+    reached: Array
+    steps: Array
+    stored: Array
+    start: Array
+    start_rows: Array
+    off: Array
+    singular: Array
+
     def __init__(
-        self, driver: Driver, times: Array, motors: Array, twists: Array, threads: int | None = 1, project: bool = False
-    ) -> None:
+        self, driver: Driver, times: Array, motors: Array, twists: Array, threads: int | None = 1,
+        project: bool = False, tangents: Array | None = None,
+    ) -> None:  # fmt: skip
         self._allocate(driver, times)
-        n, bodies = driver.size, driver.bodies
+        n, program = driver.size, driver.program
         self._threads = threads
-        self._start_tangents = np.zeros((n, driver.tangents, 2, bodies, 6))
+        self._control = np.zeros(Control.size, np.int64)
+        self._control[_PROJECTS], self._control[_BUDGET] = project, driver.budget
+        kept = np.zeros((n, program.kept.size))
+        start = {"motors": (motors, 8 * driver.bodies), "twists": (twists, 6 * driver.bodies)}
         if driver.directions is not None:
-            self._start_tangents[:] = driver.directions.scaled[1][driver.part]
-        self._stop = np.zeros(1, np.int32)
-        self._memory = np.zeros((n, driver.memory))
-        self._run = self._new_run(project)
-        start = [
-            x if x.shape[:-1] == (n, bodies) else np.broadcast_to(x, (n, bodies, x.shape[-1])) for x in (motors, twists)
-        ]
-        start = [np.ascontiguousarray(x) for x in start]
-        state = [driver._ffi.from_buffer("double[]", x) for x in start]
-        self._run_parts(
-            lambda w, a, b: driver._lib.bs_dynamics_start(driver._model, driver._method, self._run, *state, w, a, b)
-        )
+            given = driver.directions.scaled[1][driver.part] if tangents is None else tangents
+            start["tangents"] = given, 12 * driver.bodies * driver.tangents
+        for name, (values, size) in start.items():
+            at = program.kept.offsets[name]
+            kept[:, at : at + size] = values.reshape(-1, size)
+        self._each = {"kept": kept, "progress": self._progress, "reached": self._reached, "states": self._states}
+        if driver.stage_rows:
+            self._each["stages"] = np.zeros((n, driver.stage_rows, driver.state))
+        if driver.directions is not None:
+            self._each["tangents"] = self.tangents
+        self._bounds: dict[Workspace, Bound] = {}
+        self._run_parts()
 
     @classmethod
     def blank(cls, driver: Driver, times: Array) -> Run:
@@ -236,38 +302,29 @@ class Run:
 
     def _allocate(self, driver: Driver, times: Array) -> None:
         self.driver, self.times = driver, np.ascontiguousarray(times, np.float64)
-        n, stores, bodies = driver.size, len(times), driver.bodies
-        self.motors, self.twists = np.full((n, stores, bodies, 8), np.nan), np.full((n, stores, bodies, 6), np.nan)
-        self.reactions, self.violations = np.full((n, stores, bodies, 6), np.nan), np.full((n, stores), np.nan)
-        self.status, self.reached = np.zeros(n, np.int32), np.full(n, self.times[0])
-        self.steps, self.stored = np.zeros(n, np.int64), np.zeros(n, np.int64)
-        self.start, self.start_rows = np.zeros((n, 2)), np.zeros((n, 2), np.int32)
-        self.off = np.zeros((n, 2))
+        n, stores, bodies, record = driver.size, len(times), driver.bodies, state_record(driver.bodies)
+        self._states = np.full((n, stores, record.size), np.nan)
+        self._progress, self._reached = np.zeros((n, Progress.size), np.int64), np.zeros((n, Reached.size))
+        self._name_fields(((record, self._states), (Progress, self._progress), (Reached, self._reached)))
+        self.motors = self.motors.reshape(n, stores, bodies, 8)
+        self.twists = self.twists.reshape(n, stores, bodies, 6)
+        self.reactions = self.reactions.reshape(n, stores, bodies, 6)
+        if n > 1:
+            self.number[:] = np.arange(n)
+        self.reached[:] = self.times[0]
         self.tangents = np.full((n, stores, driver.tangents, 2, bodies, 6), np.nan)
+        self.event_tangents = np.zeros(driver.tangents)
 
-    def _new_run(self, project: bool) -> Any:
-        ffi, run = self.driver._ffi, self.driver._ffi.new("bs_run *")
-        for type_, arrays in (
-            ("double[]", {"times": self.times, "memory": self._memory, "motors": self.motors, "twists": self.twists,
-                          "reactions": self.reactions, "violations": self.violations, "reached": self.reached,
-                          "start": self.start, "off": self.off, "tangents": self.tangents,
-                          "start_tangents": self._start_tangents}),
-            ("int32_t[]", {"status": self.status, "stop": self._stop, "start_rows": self.start_rows}),
-            ("int64_t[]", {"steps": self.steps, "stored": self.stored}),
-        ):  # fmt: skip
-            for name, array in arrays.items():
-                setattr(run, name, ffi.from_buffer(type_, array))
-        run.stores, run.project_start = len(self.times), int(project)
-        steps = STEPS_OF_FUNCTIONS if self.driver.assembly.callbacks.functions else STEPS
-        bodies = self.driver.bodies
-        run.budget = max(1, int(min(16, 16 * (MANY / bodies) ** 3)), steps // bodies**2)
-        return run
+    def _name_fields(self, layouts: Iterable[tuple[Record, Array]]) -> None:
+        """Make fields of rows attributes."""
+        for layout, rows in layouts:
+            for name, places in _places(layout).items():
+                setattr(self, name, rows[..., places])
 
     def advance(self, last: int) -> bool:
         """Compute some steps towards the first ``last`` states; True if more are left to compute."""
-        driver, run = self.driver, self._run
-        run.last = last
-        self._run_parts(lambda w, a, b: driver._lib.bs_dynamics_run(driver._model, driver._method, run, w, a, b))
+        self._control[_LAST] = last
+        self._run_parts()
         return bool(((self.stored < last) & (self.status == OK)).any())
 
     def run_until(self, last: int) -> None:
@@ -287,28 +344,51 @@ class Run:
                 while wait([future], timeout=parallel.POLL)[1]:
                     tell()
             except BaseException:
-                self._stop[0] = 1
+                self._control[_STOP] = 1
                 raise
         future.result()
 
-    def _run_parts(self, part: Callable[[Any, int, int], None]) -> None:
+    def _run_parts(self) -> None:
         """Run parts of the simulations on threads, each with a workspace."""
+        driver = self.driver
 
         def with_workspace(begin: int, end: int) -> None:
-            workspace = self.driver.workspace()
-            part(workspace, begin, end)
-            self.driver.release(workspace)
+            workspace = driver.workspace()
+            bound = self._bounds.get(workspace)
+            if bound is None:
+                shared = {"control": self._control, "times": self.times}
+                bound = workspace.run.over(driver.size, self._each, shared)
+                if driver.reuses_workspaces:
+                    self._bounds[workspace] = bound
+            bound.run(begin, end)
+            driver.release(workspace)
 
-        threads = 1 if self.driver.assembly.callbacks.functions else self._threads
+        has_functions = bool(driver.assembly.callbacks.functions)
+        self._split(with_workspace, driver.program.is_on_gpu, driver.bodies > MANY and not has_functions, has_functions)
+
+    def _split(self, part: Callable[[int, int], None], is_whole: bool, is_long: bool, is_serial: bool) -> None:
+        """Run parts of the simulations on threads.
+
+        Parameters
+        ----------
+        part : callable
+        is_whole : bool
+            Whether it takes all simulations at once, as a GPU does.
+        is_long : bool
+            Whether a step of one simulation takes so long that an interrupt shall not wait for it.
+        is_serial : bool
+            Whether it is to run in one thread.
+        """
+        size, threads = self.driver.size, 1 if is_serial else self._threads
         try:
-            if self.driver.size == 1 and self.driver.bodies <= MANY:  # a pool would cost more than a short run
+            if is_whole or (size == 1 and not is_long):  # a pool would cost more than a short run
                 parallel.thread_count(threads)
-                with_workspace(0, 1)
-            elif self.driver.size == 1 and not self.driver.assembly.callbacks.functions:
+                part(0, size)
+            elif size == 1 and is_long:
                 parallel.thread_count(threads)
-                self._run_interruptibly(with_workspace)
+                self._run_interruptibly(part)
             else:
-                parallel.run(with_workspace, self.driver.size, threads)
+                parallel.run(part, size, threads)
         except BaseException:
-            self._stop[0] = 1
+            self._control[_STOP] = 1
             raise

@@ -15,6 +15,8 @@ from ...codegen.errors import InputError
 from ...common.callbacks import check_arity, one_line
 from ...common.validation import as_float, as_function, as_text, as_tuple, invalid
 from ...core.multivector import Multivector
+from ...dispatch.formulas import evaluate
+from ...mechanics.twists import rotational_mask
 from . import driver
 
 Array = NDArray[Any]
@@ -22,6 +24,10 @@ Array = NDArray[Any]
 TIME_RTOL = 1e-14
 #: Iterations of the root finder.
 MAX_ITERATIONS = 100
+#: Weights of central differences of order 8, which give the derivatives of an event's function, and their step: of a
+#: radian, or of a body's size.
+WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+PART = 0.03
 
 
 @dataclass(frozen=True)
@@ -96,6 +102,8 @@ def stop_at_first_event(run: driver.Run, events: Sequence[Event]) -> Event | Non
         return None
     time, index, event = min(crossings, key=lambda crossing: crossing[0])
     ending = _run_to(run, index - 1, time)
+    if run.driver.tangents:
+        _add_event_tangents(run, ending, event, index)
     run.times = run.times.copy()
     run.times[index] = time
     for stored, computed in (
@@ -103,6 +111,7 @@ def stop_at_first_event(run: driver.Run, events: Sequence[Event]) -> Event | Non
         (run.twists, ending.twists),
         (run.reactions, ending.reactions),
         (run.violations, ending.violations),
+        (run.tangents, ending.tangents),
     ):
         stored[0, index] = computed[0, 1]
     run.status[0], run.stored[0], run.reached[0] = driver.EVENT, index + 1, time
@@ -157,9 +166,51 @@ def _root(run: driver.Run, event: Event, i: int, before: float, after: float) ->
 def _run_to(run: driver.Run, index: int, time: float) -> driver.Run:
     """New run from a stored state to a time; it stores two states."""
     begin = float(run.times[index])
-    part = driver.Run(run.driver, np.array([begin, time]), run.motors[0, index], run.twists[0, index])
+    part = driver.Run(
+        run.driver, np.array([begin, time]), run.motors[0, index], run.twists[0, index],
+        tangents=run.tangents[0, index] if run.driver.tangents else None,
+    )  # fmt: skip
     part.run_until(2)
     run.driver.raise_error()
     if part.stored[0] < 2:
         raise InputError(f"the states between those stored at {begin:.6g} and after cannot be computed.")
     return part
+
+
+def _add_event_tangents(run: driver.Run, ending: driver.Run, event: Event, index: int) -> None:
+    """Tangents of the state at an event, whose time changes with the parameters: dx + x' dt, where dg + g' dt = 0."""
+    time, motors, twists = float(ending.times[1]), ending.motors[0, 1], ending.twists[0, 1]
+    rates = run.driver.evaluate(time, motors, twists)["accelerations"]
+    interval = float(run.times[index] - run.times[index - 1])
+
+    def along(delta: Array, change: Array, ahead: float) -> float:
+        """Derivative of the event's function where the state moves along a tangent, and the time."""
+        step = PART * min(interval / ahead if ahead else np.inf, _way(run, twists, interval, delta, change))
+        if not np.isfinite(step):
+            return 0.0
+        algebra = run.driver.assembly.algebra
+
+        def value(e: float) -> float:
+            twist = algebra.wrap(algebra.kind("twist"), e * delta)
+            moved = evaluate(algebra, "mechanics.move_by_twist", algebra.wrap(algebra.kind("motor"), motors), twist)
+            return _value(run, event, time + e * ahead, moved.value.values, twists + e * change)
+
+        return sum(w * (value(k * step) - value(-k * step)) for k, w in enumerate(WEIGHTS, 1)) / step
+
+    still = np.zeros_like(twists)
+    pace = along(still, still, 1.0) + along(twists, rates, 0.0)
+    for q, (delta, change) in enumerate(ending.tangents[0, 1]):
+        later = -along(delta, change, 0.0) / pace
+        run.event_tangents[q] = later
+        ending.tangents[0, 1, q] += later * np.stack([twists, rates])
+
+
+def _way(run: driver.Run, twists: Array, interval: float, delta: Array, change: Array) -> float:
+    """How far one may go along a tangent until a body of one simulation is turned by a radian, moved by its own size,
+    or its rates change by what they are, or by such a motion in an interval; infinite: the tangent is none."""
+    body, turns = run.driver.assembly.bodies[0], rotational_mask(run.driver.assembly.algebra)
+    size = float(np.sqrt(np.max(body.moments) / np.max(body.mass)))
+    unit = np.where(turns, 1.0, size)
+    rate = max(float(np.abs(twists / unit).max()), 1 / interval)
+    fastest = max(float(np.abs(delta / unit).max()), float(np.abs(change / unit).max()) / rate)
+    return 1 / fastest if fastest > 0 else np.inf

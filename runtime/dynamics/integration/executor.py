@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
@@ -20,6 +21,8 @@ Array = NDArray[Any]
 #: Arrays of a run that workers return.
 RESULTS = (
     "motors", "twists", "reactions", "violations", "status", "reached", "steps", "stored", "start", "start_rows", "off",
+    "singular",
+    "tangents",
 )  # fmt: skip
 
 
@@ -31,25 +34,46 @@ class SimulationTask(Task):
     times: Array
     settings: Settings
     project: bool
+    sensitivities: tuple[str, ...]
 
     def prepare(self) -> tuple[Any, ...]:
         """The task, assembled for a driver of this process, with its starts."""
-        assembly, method = self.problem.prepare(self.settings)
-        return self, assembly, method, *self.problem.start(assembly, self.settings[0], self.project)
+        return self, self.problem.assembled(self.settings, self.project, self.sensitivities)
 
 
 def run_part(state: tuple[Any, ...], begin: int, end: int) -> dict[str, Array]:
     """Run simulations begin to end - 1 of a batch."""
-    task, assembly, method, motors, twists = state
-    driver = task.problem.driver(assembly, method, slice(begin, end))
-    run = engine.Run(driver, task.times, motors[begin:end], twists[begin:end], 1, task.project)
+    task, found = state
+    driver = task.problem.driver(found.assembly, found.method, slice(begin, end), found.directions)
+    run = engine.Run(driver, task.times, found.motors[begin:end], found.twists[begin:end], 1, task.project)
     run.run_until(len(task.times))
     driver.raise_error()
     return {name: getattr(run, name) for name in RESULTS}
 
 
 def run_on_executor(run: engine.Run, task: SimulationTask, executor: Executor, report: Report) -> None:
+    """Fill a blank run with results from the workers of an executor; see `fill_run`."""
+    fill_run(run, task, run_part, RESULTS, task.settings[0], executor, report)
+    check_start(run, task.project)
+
+
+def fill_run(
+    run: engine.Run, task: Task, part: Callable[[Any, int, int], dict[str, Array]], results: Sequence[str],
+    duration: float, executor: Executor, report: Report,
+) -> None:  # fmt: skip
     """Fill a blank run with results from the workers of an executor.
+
+    Parameters
+    ----------
+    run : driver.Run
+    task : Task
+    part : callable
+        Runs a part of the simulations, as `run_part`.
+    results : sequence of str
+        Arrays that it gives.
+    duration : float
+    executor : concurrent.futures.Executor
+    report : callable
 
     Raises
     ------
@@ -64,8 +88,7 @@ def run_on_executor(run: engine.Run, task: SimulationTask, executor: Executor, r
     run.status[:] = engine.STOPPED
 
     def done(begin: int, end: int, count: int) -> None:
-        report(task.settings[0] * count / run.driver.size)
+        report(duration * count / run.driver.size)
 
-    arrays = {name: getattr(run, name) for name in RESULTS}
-    fill_rows(executor, task, run_part, pieces, "simulations", arrays, done)
-    check_start(run, task.project)
+    arrays = {name: getattr(run, name) for name in results}
+    fill_rows(executor, task, part, pieces, "simulations", arrays, done)

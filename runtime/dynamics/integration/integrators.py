@@ -7,20 +7,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.algorithms.series.recurrences import HIGHEST_ORDER
 from ...codegen.errors import InputError
-from ...codegen.targets.c.taylor import HIGHEST_ORDER
+from ...codegen.programs.dynamics.loads import ANALYTIC_LAWS, LAW_PLACES
 from ...common.validation import as_choice
 from ..assembly.data import Assembly
-from .tableaus import CLASSICAL, COMPOSITIONS, ORDER8, Scheme
+from ..assembly.decay import fastest_decay
+from .collocation import Collocation, radau, stages_of
+from .tableaus import CLASSICAL, COMPOSITIONS, FIXED_SCHEMES, ORDER8, Scheme
 
 Array = NDArray[np.float64]
 #: Public names, and the driver's method of each.
 INTEGRATORS = {
-    "rk4": "rk4", "rkmk4": "chart", "cf4": "cf4", "midpoint": "midpoint", "strang": "composition",
-    "blanes-moan": "composition", "yoshida6": "composition", "adaptive": "adaptive", "taylor": "taylor",
+    "rk4": "rk4", **dict.fromkeys(FIXED_SCHEMES, "chart"), "cf4": "cf4", "midpoint": "midpoint",
+    **dict.fromkeys(COMPOSITIONS, "composition"), "adaptive": "adaptive", "implicit": "implicit",
+    "taylor": "taylor",
 }  # fmt: skip
-#: Numbers of the driver's methods, as in templates/c/programs/dynamics/dynamics_run.j2.
-NUMBERS = {"chart": 0, "rk4": 1, "cf4": 2, "midpoint": 3, "composition": 4, "adaptive": 5, "taylor": 6}
 #: Methods with a fixed step.
 FIXED = ("chart", "rk4", "cf4", "midpoint", "composition")
 MAPS = ("exponential", "bortz", "cayley", "outer")
@@ -32,7 +34,9 @@ RTOL = 1e-12
 #: Bodies, springs and constraints up to which "auto" is Taylor series, whose products grow with all pairs of orders;
 #: constraints between two bodies count four times.
 MAX_SERIES = 64
-_NOTHING = np.zeros(1)
+#: Time constants of the fastest decay in a run from which on "auto" is implicit, and bodies up to which it is: steps
+#: cost their cube.
+STIFF, MAX_IMPLICIT = 1e5, 24
 
 
 @dataclass(frozen=True)
@@ -50,16 +54,18 @@ class Method:
         return INTEGRATORS[self.name]
 
     @property
-    def scheme(self) -> Scheme:
+    def scheme(self) -> Scheme | Collocation:
         """Runge-Kutta coefficients of methods that have them."""
+        if self.driver == "implicit":
+            return radau(stages_of(self.rtol))
         if self.driver == "taylor":
             return replace(CLASSICAL, order=order_of(self.rtol))
-        return ORDER8 if self.driver == "adaptive" else CLASSICAL
+        return ORDER8 if self.driver == "adaptive" else FIXED_SCHEMES.get(self.name, CLASSICAL)
 
     @property
-    def composition(self) -> Array:
-        """Fractions of a step of a composition of flows."""
-        return COMPOSITIONS[self.name][0] if self.driver == "composition" else _NOTHING
+    def numbers(self) -> Array:
+        """What its algorithms read of it: coefficients of the scheme, or fractions of a step of a composition."""
+        return COMPOSITIONS[self.name][0] if self.driver == "composition" else self.scheme.numbers
 
 
 def order_of(rtol: float) -> int:
@@ -71,6 +77,11 @@ def _no_series(assembly: Assembly) -> str:
     """Reason why a motion has no Taylor series; empty if it has one."""
     if assembly.callbacks.functions:
         return "functions of users have none"
+    if assembly.couplings:
+        return "dampers between bodies have none"
+    for name in assembly.loads:
+        if name in LAW_PLACES and name not in ANALYTIC_LAWS:
+            return f"the law {name} has none where the body rests"
     return ""
 
 
@@ -91,39 +102,45 @@ def _check_series(assembly: Assembly) -> None:
 
 
 def differentiable(integrator: str) -> str:
-    """Integrator of a run with sensitivities, one that has a chart.
+    """Integrator of a run with sensitivities.
 
     Raises
     ------
     InputError
-        If the requested one has none.
+        If the requested one has no tangents.
     """
-    if integrator == "auto":
-        return "adaptive"
-    if INTEGRATORS[integrator] not in ("chart", "adaptive"):
+    if integrator == "implicit":
         raise InputError(
-            f"{integrator} does not compute sensitivities.", remedy="Use integrator='auto', 'adaptive' or 'rkmk4'"
+            "implicit does not compute sensitivities.",
+            remedy="Use integrator='auto', 'adaptive', or one with a fixed step",
         )
-    return integrator
+    return "adaptive" if integrator == "auto" else integrator
 
 
 def splits(assembly: Assembly) -> bool:
-    """True if the motion is composed of exact flows: one body, free or rotating about a point, without drag.
+    """True if the motion is composed of exact flows: one body, free or rotating about a point, that nothing brakes.
 
     Loads that are functions of the state might depend on velocities; those of time alone do not.
     """
-    if len(assembly.bodies) > 1 or assembly.mode == "constrained" or "drag" in assembly.loads:
+    brakes = any(name in LAW_PLACES and LAW_PLACES[name].has_twist for name in assembly.loads)
+    if len(assembly.bodies) > 1 or assembly.mode == "constrained" or brakes:
         return False
     allowed = assembly.frames[0].allowed
     rotates = allowed is None or (int(allowed.sum()) == 3 and assembly.rotates_freely)
     return rotates and not assembly.damped and not assembly.depends_on_state
 
 
-def select_integrator(integrator: str, assembly: Assembly) -> str:
-    """Integrator by name; "auto" is Taylor series where the motion has them, else steps of order 8.
+def _is_stiff(assembly: Assembly, duration: float) -> bool:
+    """True if a run of so many seconds is many times as long as what loads damp takes to decay, and has few bodies."""
+    return len(assembly.bodies) <= MAX_IMPLICIT and fastest_decay(assembly) * duration > STIFF
 
-    Both adapt their steps to the tolerances, so that fast spins and slow swings need no choice of step. The studies
-    `tops`, `pendulums` and `stiffness` compare them with all others.
+
+def select_integrator(integrator: str, assembly: Assembly, duration: float) -> str:
+    """Integrator by name, for a run of so many seconds.
+
+    "auto" is implicit where loads damp so fast that explicit steps would be many, else Taylor series where the motion
+    has them, else steps of order 8. All adapt their steps to the tolerances, so that fast spins and slow swings need no
+    choice of step. The studies `tops`, `pendulums` and `stiffness` compare them with all others.
 
     Raises
     ------
@@ -132,6 +149,8 @@ def select_integrator(integrator: str, assembly: Assembly) -> str:
     """
     as_choice(integrator, "integrator", ("auto", *INTEGRATORS))
     if integrator == "auto":
+        if _is_stiff(assembly, duration):
+            return "implicit"
         return "adaptive" if _no_series(assembly) or _many(assembly) else "taylor"
     if INTEGRATORS[integrator] == "composition" and not splits(assembly):
         raise InputError(

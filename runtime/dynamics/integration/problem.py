@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,12 +15,36 @@ from ..assembly.assemble import assemble
 from ..assembly.data import Assembly
 from ..model.constraints import Constraint
 from ..model.loads import Load
+from ..sensitivity.directions import directions_of
 from ..sensitivity.parameters import Directions
 from . import driver, integrators
 from .initial_conditions import check_pinned_twist, check_start
 from .time_grid import Settings
 
 Array = NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Assembled:
+    """What a run begins with.
+
+    Attributes
+    ----------
+    assembly : Assembly
+    method : integrators.Method
+    slices : dict of str to slice
+        Of the directions, by the names of parameters.
+    directions : Directions, optional
+    motors, twists : array (n, bodies, 8 or 6)
+        At the start; if it is to be brought to constraints, drivers do so, but in a subspace.
+    """
+
+    assembly: Assembly
+    method: integrators.Method
+    slices: dict[str, slice]
+    directions: Directions | None
+    motors: Array
+    twists: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +59,7 @@ class Problem:
     map: str
     stabilization: str
     baumgarte: float
+    target: str = "c"
 
     def _assemble(self, duration: float, null_space: bool) -> Assembly:
         return assemble(self.bodies, self.names, self.loads, self.constraints, duration, null_space)
@@ -55,7 +80,7 @@ class Problem:
                 remedy="Use 'auto', 'projection' or 'baumgarte'",
             )
         integrator = integrators.differentiable(self.integrator) if sensitivities else self.integrator
-        name = integrators.select_integrator(integrator, assembly)
+        name = integrators.select_integrator(integrator, assembly, duration)
         if integrator == "auto" and self.stabilization == "baumgarte":  # whose terms have no series
             name = "adaptive"
         tolerance = integrators.RTOL if rtol is None else rtol
@@ -75,25 +100,52 @@ class Problem:
         """Driver of a part of the simulations."""
         project = assembly.mode == "constrained" and self.stabilization in ("auto", "projection")
         rate = self.baumgarte if self.stabilization == "baumgarte" else 0.0
-        return driver.Driver(assembly, method, self.map, project, rate, part, directions)
+        return driver.Driver(assembly, method, self.map, project, rate, part, directions, self.target)
 
-    def start(self, assembly: Assembly, duration: float, project: bool) -> tuple[Array, Array]:
-        """Motors and twists at the start; if wanted, those nearest to the given ones that obey the constraints.
+    def assembled(self, settings: Settings, project: bool, sensitivities: tuple[str, ...]) -> Assembled:
+        """All that a run begins with.
 
-        Drivers project the start themselves, except for those of a subspace.
+        Raises
+        ------
+        InputError
+            As `prepare`, or if there is no such parameter, or it is none of this motion.
         """
-        if not project or assembly.mode != "subspace":
-            return start_of(assembly)
+        duration = settings[0]
+        assembly, method = self.prepare(settings, bool(sensitivities))
+        splits = method.driver == "composition"
+        slices, directions = directions_of(assembly, self.loads, sensitivities, duration, splits)
+        if not project or assembly.mode != "subspace":  # drivers project the start themselves, but in a subspace
+            return Assembled(assembly, method, slices, directions, *start_of(assembly))
+        motors, twists, tangents = self._projected_start(assembly, duration, sensitivities)
+        if directions is not None:
+            directions = replace(directions, start=tangents)
+        return Assembled(assembly, method, slices, directions, motors, twists)
+
+    def _projected_start(
+        self, assembly: Assembly, duration: float, sensitivities: tuple[str, ...]
+    ) -> tuple[Array, Array, Array]:
+        """Motors and twists in a subspace nearest to the given ones, and tangents of the start."""
         whole = self._assemble(duration, null_space=False)
         method = integrators.Method("rk4", 1.0, integrators.RTOL, 0.0)
-        run = driver.Run(self.driver(whole, method), np.zeros(1), *start_of(whole), project=True)
+        _, directions = directions_of(whole, self.loads, sensitivities, duration)
+        run = driver.Run(
+            self.driver(whole, method, directions=directions), np.zeros(1), *start_of(whole), project=True
+        )
         check_start(run, True)
         run.run_until(1)
         motor, twist = whole.to_user(0, run.motors[:, 0, 0], run.twists[:, 0, 0])
         frame = assembly.frames[0]
         motors = (~assembly.shift * motor * frame.to_body).as_kind("motor", check=False).values
         twists = (~frame.to_body >> twist).values
-        return motors[:, None], np.where(np.asarray(frame.allowed), twists, 0.0)[:, None]
+        allowed = np.asarray(frame.allowed)
+        tangents = run.tangents[:, 0]
+        if directions is not None:
+            tangents = tangents / directions.sizes[:, :, None, None, None]
+            over = (~frame.to_body * whole.frames[0].to_body).as_kind("motor", check=False)
+            over = over.reshape(-1, 1, 1, 1) if over.shape else over
+            kind = assembly.algebra.kind("twist")
+            tangents = np.where(allowed, (over >> assembly.algebra.wrap(kind, tangents)).values, 0.0)
+        return motors[:, None], np.where(allowed, twists, 0.0)[:, None], tangents
 
 
 def start_of(assembly: Assembly) -> tuple[Array, Array]:

@@ -7,7 +7,10 @@ Wanner, Solving Ordinary Differential Equations I, DOP853. Compositions: Blanes 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +31,11 @@ class Scheme:
     dense : array (rows, all stages)
         The interpolant's terms beyond the cubic one.
     order : int
-        One more than that of the error estimate: the step goes by its root.
+        That of a scheme with a fixed step; else one more than that of the error estimate: the step goes by its root.
+    about : str
+        For the docs.
+    fractions : tuple of list
+        a and b exactly; empty where they are not known as fractions.
     """
 
     a: Array
@@ -37,16 +44,70 @@ class Scheme:
     errors: Array
     dense: Array
     order: int
+    about: str = ""
+    fractions: tuple[list[Any], ...] = ()
+
+    @property
+    def stages(self) -> int:
+        """Stages of a step."""
+        return len(self.b)
+
+    @property
+    def all_stages(self) -> int:
+        """The same with those of the interpolant."""
+        return len(self.c)
+
+    @property
+    def dense_rows(self) -> int:
+        """Terms of the interpolant beyond the cubic one."""
+        return len(self.dense)
+
+    @property
+    def kept_rows(self) -> int:
+        """States that a simulation keeps: stages, the change and the start of the last step, and its interpolant."""
+        return self.all_stages + 4 + self.dense_rows
+
+    @property
+    def numbers(self) -> Array:
+        """All of it in a row, as algorithms read it."""
+        return np.concatenate([x.ravel() for x in (self.a, self.c, self.b, self.errors, self.dense)])
 
 
-CLASSICAL = Scheme(
-    np.array([[0, 0, 0, 0], [0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, 1, 0]]),
-    np.array([1, 2, 2, 1]) / 6,
-    np.array([0, 0.5, 0.5, 1]),
-    np.zeros((2, 5)),
-    np.zeros((0, 4)),
-    4,
-)
+def explicit(rows: Sequence[str], weights: str, order: int, about: str) -> Scheme:
+    """A scheme with a fixed step from the rows of its matrix and its weights, as fractions."""
+    b = [Fraction(x) for x in weights.split()]
+    a = [[Fraction(x) for x in row.split()] for row in rows]
+    matrix = np.array([[float(x) for x in row] + [0.0] * (len(b) - len(row)) for row in a])
+    c = np.array([float(sum(row, Fraction(0))) for row in a])
+    none = np.zeros((2, len(b) + 1)), np.zeros((0, len(b)))
+    return Scheme(matrix, np.array([float(x) for x in b]), c, *none, order, about, (a, b))
+
+
+#: Schemes with a fixed step in the chart of the motor, by the names of their integrators: whatever asks for an
+#: integrator by its name, gradients, files and the table of docs/integrators.md follow from here.
+FIXED_SCHEMES = {
+    "rkmk4": explicit(
+        ("", "1/2", "0 1/2", "0 0 1"), "1/6 1/3 1/3 1/6", 4,
+        "the classical steps in the chart of the motor (Runge-Kutta-Munthe-Kaas)",
+    ),
+    "rkmk5": explicit(
+        (
+            "", "1/5", "3/40 9/40", "44/45 -56/15 32/9", "19372/6561 -25360/2187 64448/6561 -212/729",
+            "9017/3168 -355/33 46732/5247 49/176 -5103/18656",
+        ),
+        "35/384 0 500/1113 125/192 -2187/6784 11/84", 5,
+        "the steps of order 5 of Dormand and Prince (1980) there: six stages",
+    ),
+}  # fmt: skip
+CLASSICAL = FIXED_SCHEMES["rkmk4"]
+
+
+def scheme_table() -> str:
+    """The table of docs/integrators.md."""
+    rows = ["| integrator | order | |", "| --- | --- | --- |"]
+    rows += [f"| `{name}` | {scheme.order} | {scheme.about} |" for name, scheme in FIXED_SCHEMES.items()]
+    return "".join(f"{row}\n" for row in rows)
+
 
 #: Rows by number, columns by number: what is left out is zero.
 _A = {

@@ -59,7 +59,10 @@ def message_of(run: driver.Run) -> str:
 def _reason(run: driver.Run, item: int) -> str:
     """Reason and time of early termination of one simulation."""
     status = int(run.status[item])
-    what = contradiction(run, item) if status == driver.VIOLATED else _REASONS[status][0]
+    what = _REASONS[status][0]
+    if status == driver.VIOLATED:
+        is_tree = not run.driver.assembly.driver_constraints
+        what = "a loop of joints does not close any more" if is_tree else contradiction(run, item)
     return f"{what}, at time {run.reached[item]:.6g}"
 
 

@@ -83,7 +83,7 @@ class BodyReader(MechanicsReader[schema.FileTable]):
         return table.density * shape.volume
 
     def _shape(self, table: schema.BodyTable, path: KeyPath) -> tuple[shapes.Shape | None, Array]:
-        """The shape about the center of mass, and the centre in the body's coordinates."""
+        """The shape about the center of mass, and the center in the body's coordinates."""
         center = np.array(table.center or (0.0, 0.0, 0.0))
         match table.shape:
             case None:

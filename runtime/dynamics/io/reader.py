@@ -138,10 +138,14 @@ class _Reader(BodyReader):
                 return self.document.build(path, partial(loads.Spring, point, anchor, *numbers, owner.table.name, name))
             case _:
                 owner = self.owner(table, path)
-                return self.document.build(path, partial(loads.Damper, table.angular, table.linear, owner.table.name))
+                law: Any = parts.LAW_TABLES[type(table)]
+                values = {name: getattr(table, name) for name in law.numbers}
+                names = {"body": owner.table.name, "other": self.other(table, path)[0]}
+                built: loads.Load = self.document.build(path, partial(law, **values, **names))
+                return built
 
     def _wrench(self, table: parts.WrenchTable, owner: BodyEntry | None, path: KeyPath) -> Multivector:
-        """A force and a couple together; in a body's frame, forces pass through its centre by default."""
+        """A force and a couple together; in a body's frame, forces pass through its center by default."""
         place: Any = 0 if table.point is None else self.position(table.point, (*path, "point"), owner)
         summands = [wrench(table.force or (0.0, 0.0, 0.0), place, self.algebra, strict=True)]
         if table.couple is not None:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from functools import reduce
+from operator import or_
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from ...common.documents import Table
 from ...mechanics.io.fields import Name, NotNegative, Place, Vector, present_keys
 from ...mechanics.io.geometry import AnyObject, CircleTable, LineTable, PlaneTable, SphereTable
+from ..model.loads import BODY_LAWS, BodyLaw
 
 # -- loads -----------------------------------------------------------------------------------------------------
 
@@ -17,6 +20,12 @@ class OnBodyTable(Table):
     """Part of a body, by its name; a single body needs none."""
 
     body: Name | None = None
+
+
+class BetweenBodiesTable(OnBodyTable):
+    """What is between a body and the world, or another body."""
+
+    other: Name | None = None
 
 
 class WrenchTable(Table):
@@ -54,7 +63,7 @@ class BodyWrenchTable(OnBodyTable, WrenchTable):
     kind: Literal["body_wrench"]
 
 
-class SpringTable(OnBodyTable):
+class SpringTable(BetweenBodiesTable):
     """Spring from a point of the body to one of the world, or of another body."""
 
     kind: Literal["spring"]
@@ -63,20 +72,24 @@ class SpringTable(OnBodyTable):
     stiffness: NotNegative
     length: NotNegative = 0.0
     damping: NotNegative = 0.0
-    other: Name | None = None
 
 
-class DamperTable(OnBodyTable):
-    """Drag in proportion to velocities."""
+def _law_table(law: type[BodyLaw]) -> type[OnBodyTable]:
+    """The table of a law of loads: its numbers, which are zero by default."""
+    numbers: dict[str, Any] = {name: (NotNegative, 0.0) for name in law.numbers}
+    name, text = f"{law.__name__}Table", (law.__doc__ or "").partition("\n")[0]
+    kind: Any = Literal[law.kind]
+    return create_model(name, __base__=BetweenBodiesTable, __doc__=text, kind=(kind, ...), **numbers)
 
-    kind: Literal["damper"]
-    angular: NotNegative = 0.0
-    linear: NotNegative = 0.0
 
+#: Tables of laws of loads, and what they are of.
+LAW_TABLES = {_law_table(law): law for law in BODY_LAWS}
 
-AnyLoad = Annotated[
-    GravityTable | WorldWrenchTable | BodyWrenchTable | SpringTable | DamperTable, Field(discriminator="kind")
-]
+if TYPE_CHECKING:
+    AnyLoad = GravityTable | WorldWrenchTable | BodyWrenchTable | SpringTable | OnBodyTable
+else:
+    _TABLES = (GravityTable, WorldWrenchTable, BodyWrenchTable, SpringTable, *LAW_TABLES)
+    AnyLoad = Annotated[reduce(or_, _TABLES), Field(discriminator="kind")]
 
 
 # -- constraints -----------------------------------------------------------------------------------------------
@@ -85,13 +98,7 @@ AnyLoad = Annotated[
 Carrier = Annotated[LineTable | CircleTable | PlaneTable | SphereTable, Field(discriminator="kind")]
 
 
-class BodyConstraintTable(OnBodyTable):
-    """A constraint between a body and the world, or another body."""
-
-    other: Name | None = None
-
-
-class PinTable(BodyConstraintTable):
+class PinTable(BetweenBodiesTable):
     """An object of the body that stays where an object of the world is: where it is at the start, by default."""
 
     kind: Literal["pin"]
@@ -99,7 +106,7 @@ class PinTable(BodyConstraintTable):
     world: AnyObject | None = None
 
 
-class IncidenceTable(BodyConstraintTable):
+class IncidenceTable(BetweenBodiesTable):
     """A point of the body that stays on an object of the world."""
 
     kind: Literal["incidence"]
@@ -107,7 +114,7 @@ class IncidenceTable(BodyConstraintTable):
     on: Carrier
 
 
-class VirtualPowerTable(BodyConstraintTable):
+class VirtualPowerTable(BetweenBodiesTable):
     """Wrenches of the world without power."""
 
     kind: Literal["virtual_power"]

@@ -52,7 +52,7 @@ class Constraint:
         return type(self).__name__
 
     def with_guarded_callbacks(self) -> Self:
-        """The same, with functions whose failures are told: see `GuardedCallback`."""
+        """This constraint with functions whose failures are reported: see `GuardedCallback`."""
         return self
 
     def _check_bodies(self) -> None:

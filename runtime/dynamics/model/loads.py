@@ -1,10 +1,10 @@
-"""Loads on bodies: gravity, wrenches that are constant or functions, springs, dampers."""
+"""Loads on bodies: gravity, wrenches that are constant or functions, springs, and laws of a body's motion."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from numpy.typing import ArrayLike, NDArray
 
@@ -134,8 +134,34 @@ class Spring(Load):
         )
 
 
+class BodyLaw(Load):
+    """Base class of loads whose wrench is a law of `codegen.formulas.mechanics.laws`; fields are its numbers, in order.
+
+    All else follows from the class: what programs have, tables in files, batches, and parameters of sensitivities,
+    which are called by ``kind``. Numbers of several loads of one body are added.
+
+    Attributes
+    ----------
+    law, kind : str
+        The law, and what files and messages call the load.
+    numbers : dict of str to tuple
+        What each number is, for messages, and the exponents of mass, length and time in its unit.
+    """
+
+    other: int | str | None = None
+    law: ClassVar[str]
+    kind: ClassVar[str]
+    numbers: ClassVar[dict[str, tuple[str, tuple[int, int, int]]]]
+
+    def __post_init__(self) -> None:
+        name = self.kind.replace("_", " ")
+        check_body(self.body, f"the {name}'s body")
+        check_body(self.other, f"the {name}'s other body", world=True)
+        self._keep(**{n: positive_array(getattr(self, n), what, zero=True) for n, (what, _) in self.numbers.items()})
+
+
 @dataclass(frozen=True)
-class Damper(Load):
+class Damper(BodyLaw):
     """Drag in proportion to the body's angular velocity and to the velocity of its center of mass.
 
     Parameters
@@ -144,24 +170,65 @@ class Damper(Load):
         Moment per angular velocity.
     linear : float
         Force per velocity.
-    body : int or str
-        Name or index of a body of a `System`.
+    body, other : int or str
+        Bodies of a `System`; other None: the world. Of two bodies the motion of the one as the other sees it counts, at
+        its center of mass, and the other takes the counter-force.
     """
 
     angular: Array = ZERO
     linear: Array = ZERO
     body: int | str = 0
+    other: int | str | None = None
+
+    law, kind = "drag", "damper"
+    numbers = {"angular": ("the angular damping", (1, 2, -1)), "linear": ("the linear damping", (1, 0, -1))}
 
     if TYPE_CHECKING:
 
-        def __init__(self, angular: ArrayLike = 0.0, linear: ArrayLike = 0.0, body: int | str = 0) -> None: ...
+        def __init__(
+            self, angular: ArrayLike = 0.0, linear: ArrayLike = 0.0, body: int | str = 0,
+            other: int | str | None = None,
+        ) -> None: ...  # fmt: skip
 
-    def __post_init__(self) -> None:
-        check_body(self.body, "the damper's body")
-        self._keep(
-            angular=positive_array(self.angular, "the angular damping", zero=True),
-            linear=positive_array(self.linear, "the linear damping", zero=True),
-        )
+
+@dataclass(frozen=True)
+class QuadraticDrag(BodyLaw):
+    """Drag in proportion to the squares of the body's angular velocity and of the velocity of its center of mass.
+
+    Parameters
+    ----------
+    angular : float
+        Moment per square of the angular velocity.
+    linear : float
+        Force per square of the velocity.
+    body, other : int or str
+        Bodies of a `System`; other None: the world. Of two bodies the motion of the one as the other sees it counts, at
+        its center of mass, and the other takes the counter-force.
+    """
+
+    angular: Array = ZERO
+    linear: Array = ZERO
+    body: int | str = 0
+    other: int | str | None = None
+
+    law, kind = "quadratic_drag", "quadratic_drag"
+    numbers = {"angular": ("the angular drag", (1, 2, 0)), "linear": ("the linear drag", (1, -1, 0))}
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, angular: ArrayLike = 0.0, linear: ArrayLike = 0.0, body: int | str = 0,
+            other: int | str | None = None,
+        ) -> None: ...  # fmt: skip
+
+
+#: All of them.
+BODY_LAWS: tuple[type[BodyLaw], ...] = tuple(BodyLaw.__subclasses__())
+
+
+def load_names() -> list[str]:
+    """Names of the types of loads."""
+    return [each.__name__ for each in (Gravity, BodyWrench, WorldWrench, Spring, *BODY_LAWS)]
 
 
 def _check(wrench: Any, what: str, body: Any) -> None:
@@ -183,11 +250,14 @@ def check_loads(loads: Sequence[Any], names: Sequence[str]) -> None:
         If one is not a load, or acts on a body that does not exist, or on nothing.
     """
     for i, load in enumerate(loads):
-        as_instance(load, f"loads[{i}]", Load, "a Gravity, BodyWrench, WorldWrench, Spring or Damper")
+        *others, last = load_names()
+        as_instance(load, f"loads[{i}]", Load, f"a {', '.join(others)} or {last}")
+        if hasattr(load, "joint"):
+            continue
         what = f"loads[{i}] ({load.label})"
         body = body_number(load.body, names, what)
-        if isinstance(load, Spring) and body_number(load.other, names, what) == body:
+        if isinstance(load, (Spring, BodyLaw)) and body_number(load.other, names, what) == body:
             raise InputError(
-                f"{what} is between two points of one body: it moves nothing.",
+                f"{what} is between one body and itself: it moves nothing.",
                 remedy="Name another body with other=, or leave it out for the world",
             )

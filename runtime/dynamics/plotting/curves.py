@@ -136,7 +136,7 @@ def _body_curve(name: str, data: TrajectoryData, of: str) -> Curve:
     units = data.sketch.units
     match name:
         case "position":
-            return Curve(f"centre of mass{of}", units.length, data.position, ("x", "y", "z"))
+            return Curve(f"center of mass{of}", units.length, data.position, ("x", "y", "z"))
         case "velocity":
             return Curve(f"velocity{of}", units.velocity, data.velocity, ("x", "y", "z"))
         case "angular velocity":
@@ -148,7 +148,7 @@ def _body_curve(name: str, data: TrajectoryData, of: str) -> Curve:
             )
         case _:
             moment = moment_about(data.reaction, data.position)
-            return Curve(f"their moment about the centre{of}", units.moment, moment, ("x", "y", "z"))
+            return Curve(f"their moment about the center{of}", units.moment, moment, ("x", "y", "z"))
 
 
 def _draw_curve(ax: Any, record: TrajectoryData, curve: Curve) -> None:

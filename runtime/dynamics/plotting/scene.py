@@ -122,7 +122,7 @@ def paths(record: TrajectoryData) -> list[tuple[str, str, Array]]:
         several = len(bodies) > 1
         colors = [body_color(record, name) for name in bodies]
         return [
-            (name if several else "centre of mass", color, body.position)
+            (name if several else "center of mass", color, body.position)
             for (name, body), color in zip(bodies.items(), colors, strict=True)
         ]
     return [

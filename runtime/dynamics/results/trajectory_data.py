@@ -145,7 +145,7 @@ class TrajectoryData(TrajectorySource):
 
 
 def starts_with_trajectory(*arguments: object) -> bool:
-    """Whether a writer is called in its old order, with the trajectory before the path."""
+    """Test whether a writer is called in its old order, with the trajectory before the path."""
     return bool(arguments) and isinstance(arguments[0], TrajectorySource)
 
 

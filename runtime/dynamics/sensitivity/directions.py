@@ -33,20 +33,12 @@ def as_names(value: Any) -> tuple[str, ...]:
     return tuple(dict.fromkeys(as_text(name, f"sensitivities[{i}]") for i, name in enumerate(names)))
 
 
-def check_exclusive(**options: bool) -> None:
-    """Raise `InputError` for options of a run that do not go with sensitivities."""
-    if excluded := [name for name, value in options.items() if value]:
-        raise InputError(
-            f"sensitivities cannot be combined with {' and '.join(excluded)}: they are those of a start that obeys its "
-            "constraints, at fixed times, computed in this process.",
-            remedy=f"Leave out {' and '.join(f'{name}=' for name in excluded)}",
-        )
-
-
 def directions_of(
-    assembly: Assembly, loads: Sequence[Any], names: Sequence[str], duration: float
+    assembly: Assembly, loads: Sequence[Any], names: Sequence[str], duration: float, splits: bool = False
 ) -> tuple[dict[str, slice], Directions | None]:
     """Directions of parameters by name: the slice of each, and all of them; without names there are none.
+
+    ``splits``: the motion is made of turns about principal axes, which a body must keep.
 
     Raises
     ------
@@ -56,7 +48,7 @@ def directions_of(
     if not names:
         return {}, None
     _check_functions(assembly)
-    by_name = Parameters(assembly, loads, duration).by_name()
+    by_name = Parameters(assembly, loads, duration, splits).by_name()
     slices: dict[str, slice] = {}
     parts: list[Directions] = []
     for name in names:
@@ -92,5 +84,5 @@ def _check_functions(assembly: Assembly) -> None:
         raise InputError(
             "sensitivities go through loads and constraints that are constant or functions of time, not through "
             "functions of the state.",
-            remedy="Springs, dampers and gravity are loads of their own",
+            remedy="Springs, gravity, dampers and other drag are loads of their own",
         )

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.algorithms.dynamics.records import SPRING_ENDS, Body, Spring
 from ...codegen.errors import InputError, suggest
-from ...codegen.programs.dynamics.records import BODY, SPRING, SPRING_ENDS
 from ...core.multivector import Multivector
 from ...dispatch.formulas import evaluate
 from ..assembly.data import Assembly
@@ -29,7 +29,7 @@ class Sensitivities(dict[str, "Sensitivity"]):
 
 
 class Sensitivity:
-    """Derivatives of a body's trajectory with respect to the k components of a parameter, at fixed times.
+    """Derivatives of a body's trajectory with respect to the k components of a parameter, at its stored times.
 
     Shapes are those of one simulation; a batch puts (n,) in front.
 
@@ -45,6 +45,8 @@ class Sensitivity:
         Along the body's axes.
     energy : array (stores, k)
         Energy of all bodies.
+    time : array (stores, k)
+        Of the stored times: zero but for that of an event, with which the state there changes too.
     """
 
     def __init__(self, trajectory: TrajectoryStates, part: slice) -> None:
@@ -106,6 +108,14 @@ class Sensitivity:
         rotated: Array = np.einsum("...ij,...kj->...ki", self._trajectory.orientation, x)
         return rotated
 
+    @property
+    def time(self) -> Array:
+        run = self._trajectory._run
+        found: Array = np.zeros(self.energy.shape)
+        if run.event_tangents[self._part].any():
+            found[-1] = run.event_tangents[self._part] / self._directions.sizes[0, self._part]
+        return found
+
     # -- energy --------------------------------------------------------------------------------------------
 
     @property
@@ -126,8 +136,8 @@ class Sensitivity:
         return (value[0], change[0]) if self._trajectory._single else (value, change)
 
     def _body_parameter(self, i: int, name: str) -> tuple[Array, Array]:
-        offset, count = BODY.extent(name)
-        return self._numbers(BODY.size * i + offset, count)
+        offset, count = Body.extent(name)
+        return self._numbers(Body.size * i + offset, count)
 
     def _kinetic(self, i: int) -> Array:
         """Derivative of Omega . M Omega/2."""
@@ -147,7 +157,7 @@ class Sensitivity:
     def _spring(self, i: int) -> Array:
         """Derivative of stiffness (distance - length)^2/2."""
         (first, d_first), (second, d_second) = (self._end(i, end) for end in range(2))
-        offset = SPRING.size * i + SPRING.offsets["stiffness"]
+        offset = Spring.size * i + Spring.offsets["stiffness"]
         numbers, changes = self._numbers(self._assembly.spring_offset + offset, 2)
         gap, d_gap = second - first, d_second - d_first
         distance = np.linalg.norm(gap, axis=-1)
@@ -160,7 +170,7 @@ class Sensitivity:
     def _end(self, i: int, end: int) -> tuple[Array, Array]:
         """End of a spring in the driver's world (..., stores, 1, 3), and its tangents."""
         body = self._assembly.springs[i][end]
-        offset = SPRING.size * i + SPRING.offsets[SPRING_ENDS[end]]
+        offset = Spring.size * i + Spring.offsets[SPRING_ENDS[end]]
         point, change = self._numbers(self._assembly.spring_offset + offset, 3)
         if body < 0:
             return point, change

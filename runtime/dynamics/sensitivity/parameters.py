@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.programs.dynamics.records import BODY, SPRING, SPRING_ENDS
+from ...codegen.algorithms.dynamics.records import SPRING_ENDS, Body, Spring
+from ...codegen.errors import InputError
+from ...codegen.programs.dynamics.loads import LAW_PLACES
 from ...dispatch.formulas import evaluate
 from ...mechanics.arguments import coefficients, multivector_of
 from ...mechanics.motion_closed_kinds import on_layout
 from ...mechanics.twists import commutator_matrix
-from ..assembly.body_parameters import mass_matrix
+from ..assembly.body_parameters import angular_places, mass_matrix, rotation_flow_changes
 from ..assembly.constraint_parameters import relative_pose
 from ..assembly.data import Assembly, DriverConstraint
 from ..model import loads as load_types
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 #: Relative size of singular values of pins that count as zero.
 RANK_RTOL = 1e-9
+#: Products of inertia that count as zero, of the moments.
+AXES_RTOL = 1e-9
 
 
 @dataclass
@@ -72,10 +76,12 @@ class Parameters:
     loads : sequence of loads
     duration : float
         Time of the run, which gives the size of parameters that are zero.
+    splits : bool
+        Whether the motion is made of turns about principal axes.
     """
 
-    def __init__(self, assembly: Assembly, loads: Sequence[Any], duration: float) -> None:
-        self.assembly, self.duration = assembly, duration
+    def __init__(self, assembly: Assembly, loads: Sequence[Any], duration: float, splits: bool = False) -> None:
+        self.assembly, self.duration, self.splits = assembly, duration, splits
         self.springs = [load for load in loads if isinstance(load, load_types.Spring)]
         self.present = assembly.loads
         self.gravity = sum((g.acceleration for g in loads if isinstance(g, load_types.Gravity)), np.zeros(3))
@@ -104,9 +110,9 @@ class Parameters:
             "mass": self._mass, "inertia": self._inertia, "position": self._position, "orientation": self._orientation,
             "velocity": self._velocity, "angular_velocity": self._angular_velocity,
         }  # fmt: skip
-        if "drag" in self.present:
-            by_name["damper.angular"] = partial(self._damper, 0)
-            by_name["damper.linear"] = partial(self._damper, 1)
+        for law in load_types.BODY_LAWS:
+            if law.law in self.present:
+                by_name |= {f"{law.kind}.{name}": partial(self._law, law, name) for name in law.numbers}
         if "body_wrench" in self.present:
             by_name["body_wrench"] = self._body_wrench
         if "world_wrench" in self.present:
@@ -163,13 +169,34 @@ class Parameters:
         inner = inner.reshape(*inner.shape, 1)
         matrix = mass_matrix(assembly.algebra, mass, moments, inner)
         numbers = np.zeros((assembly.size, len(mass), self.numbers.shape[1]))
+        diagonal = matrix.diagonal(axis1=-2, axis2=-1)
+        inverse, roots, compliance = (self._body_numbers(i, name) for name in ("inverse", "roots", "compliance"))
         self._set(numbers, i, "mass", matrix.reshape(*matrix.shape[:-2], 36))
-        self._set(numbers, i, "metric", matrix.diagonal(axis1=-2, axis2=-1))
+        self._set(numbers, i, "metric", diagonal)
+        self._set(numbers, i, "inverse", -diagonal * inverse[:, None] ** 2)
+        self._set(numbers, i, "roots", -diagonal * roots[:, None] ** 3 / 2)
+        own = compliance.reshape(-1, 1, 6, 6)
+        change = -(own @ matrix @ own)
+        self._set(numbers, i, "compliance", change.reshape(*change.shape[:-2], 36))
+        places = angular_places(assembly.algebra)
+        self._set(numbers, i, "moments", diagonal[..., places])
+        self._set(numbers, i, "flows", rotation_flow_changes(frame.moments, diagonal[..., places]))
+        turned = np.abs(matrix[..., places[:, None], places] - diagonal[..., places][..., None] * np.eye(3))
+        if self.splits and (turned > AXES_RTOL * np.abs(diagonal[..., places]).max(-1)[..., None, None]).any():
+            raise InputError(
+                "mass and inertia turn the principal axes of this body at its pin, and exact flows are about these.",
+                remedy="Use another integrator for sensitivities to them",
+            )
         return numbers
 
+    def _body_numbers(self, i: int, name: str) -> Array:
+        """A field of a body's record (n, count)."""
+        offset, count = Body.extent(name)
+        return self.numbers[:, Body.size * i + offset : Body.size * i + offset + count]
+
     def _set(self, numbers: Array, i: int, name: str, values: Any) -> None:
-        offset, count = BODY.extent(name)
-        numbers[:, :, BODY.size * i + offset : BODY.size * i + offset + count] = values
+        offset, count = Body.extent(name)
+        numbers[:, :, Body.size * i + offset : Body.size * i + offset + count] = values
 
     # -- start ---------------------------------------------------------------------------------------------
 
@@ -224,7 +251,7 @@ class Parameters:
         """Projectors (n, 6, 6) of twists to the nearest ones, by kinetic energy, that pins allow."""
         blocks = []
         for name in ("compliance", "mass"):
-            offset, count = BODY.extent(name)
+            offset, count = Body.extent(name)
             blocks.append(self.numbers[:, offset : offset + count].reshape(-1, 6, 6))
         return blocks[0] @ blocks[1]
 
@@ -266,7 +293,7 @@ class Parameters:
 
     def _project_onto_pins(self, fixed: list[Array], delta: Array) -> Array:
         """Nearest directions (n, k, 6), by kinetic energy, that do not move the pinned objects."""
-        offset, count = BODY.extent("mass")
+        offset, count = Body.extent("mass")
         root = np.linalg.cholesky(self.numbers[:, offset : offset + count].reshape(-1, 6, 6))  # M = L L^T
         rows = np.concatenate([np.broadcast_to(x, (len(root), *x.shape[-2:])) for x in fixed], -2)
         moved = np.swapaxes(np.linalg.solve(root, np.swapaxes(rows, -1, -2)), -1, -2)
@@ -287,11 +314,12 @@ class Parameters:
         size = self._per_simulation(np.linalg.norm(self.gravity, axis=-1))
         return np.maximum(size, self._gyration_radius(0) / self.duration**2)
 
-    def _damper(self, component: int, i: int) -> Directions:
-        offset = BODY.size * i + BODY.offsets["drag"] + component
-        unit = self._mass_of(i) / self.duration * (1 if component else self._gyration_radius(i) ** 2)
-        directions = self._directions(np.maximum(self.numbers[:, offset], unit), 1)
-        directions.numbers[:, :, offset] = 1
+    def _law(self, law: type[load_types.BodyLaw], name: str, i: int) -> Directions:
+        at = Body.size * i + Body.offsets["laws"] + LAW_PLACES[law.law].first + list(law.numbers).index(name)
+        scales = (self._mass_of(i), self._gyration_radius(i), self._per_simulation(self.duration))
+        unit = np.prod([x**power for x, power in zip(scales, law.numbers[name][1], strict=True)], 0)
+        directions = self._directions(np.maximum(self.numbers[:, at], unit), 1)
+        directions.numbers[:, :, at] = 1
         return directions
 
     def _body_wrench(self, i: int) -> Directions:
@@ -310,8 +338,8 @@ class Parameters:
         return self.assembly.algebra.wrap(self.assembly.algebra.kind("twist"), np.eye(6))
 
     def _wrench(self, i: int, name: str, values: Array) -> Directions:
-        offset, count = BODY.extent(name)
-        size = np.abs(self.numbers[:, BODY.size * i + offset : BODY.size * i + offset + count]).max(-1)
+        offset, count = Body.extent(name)
+        size = np.abs(self.numbers[:, Body.size * i + offset : Body.size * i + offset + count]).max(-1)
         directions = self._directions(
             np.maximum(size, self._mass_of(i) * self._gyration_radius(i) / self.duration**2), 6
         )
@@ -322,7 +350,7 @@ class Parameters:
         body = max(self.assembly.springs[i])
         mass, radius = self._mass_of(body), self._gyration_radius(body)
         least = {"stiffness": mass / self.duration**2, "length": radius, "damping": mass / self.duration}[what]
-        at = self.assembly.spring_offset + SPRING.size * i + SPRING.offsets[what]
+        at = self.assembly.spring_offset + Spring.size * i + Spring.offsets[what]
         directions = self._directions(np.maximum(np.abs(self.numbers[:, at]), least), 1)
         directions.numbers[:, :, at] = 1
         return directions
@@ -332,7 +360,7 @@ class Parameters:
         axes: Array = np.eye(3)
         if body >= 0:  # to the driver's frame: columns of the rotation that takes points there
             axes = np.swapaxes(self.assembly.algebra.matrix(~self.assembly.frames[body].to_body)[..., :3, :3], -1, -2)
-        at = self.assembly.spring_offset + SPRING.size * i + SPRING.offsets[SPRING_ENDS[end]]
+        at = self.assembly.spring_offset + Spring.size * i + Spring.offsets[SPRING_ENDS[end]]
         directions = self._directions(self._gyration_radius(max(self.assembly.springs[i])), 3)
         directions.numbers[:, :, at : at + 3] = axes
         return directions

@@ -1,45 +1,19 @@
-"""Results of a Delta robot: values, with statuses if requested, or an error that explains why there is no pose."""
+"""Why a Delta robot has no pose: which arms, and which direction is lost or free."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.errors import SingularError
-from ...common.validation import as_bool
-from ...dispatch.multivector_data import Statuses, statuses
+from ...dispatch.formulas import Explanation, raise_first
 from ...status import Status
 from . import solutions
 from .geometry import DeltaGeometry
 from .singularity import singularity
 
 Array = NDArray[Any]
-#: Values, or values and their statuses.
-Answer: TypeAlias = Array | tuple[Array, Statuses]
-#: The explanation of an item's status, for its index and status.
-Explanation = Callable[[tuple[int, ...], Status], str]
-
-
-def answer(
-    values: Array, codes: Array | None, with_status: bool, strict: bool, what: str, explain: Explanation
-) -> Answer:
-    """Values, with their statuses if requested.
-
-    Raises
-    ------
-    SingularError
-        With ``strict``: for the first item without a solution.
-    """
-    assert codes is not None
-    if as_bool(strict, "strict") and codes.any():
-        index = tuple(int(i) for i in np.argwhere(codes)[0]) if codes.ndim else ()
-        code = Status(int(codes[index]))
-        item = "it" if not index else f"item {index[0] if len(index) == 1 else index}"
-        raise SingularError(f"{what}: {item} is {code.name}{explain(index, code) if code != Status.INVALID else ''}.")
-    return (values, statuses(codes, codes.shape)) if as_bool(with_status, "status") else values
 
 
 def explain_positions(geometry: DeltaGeometry, y: Array, elbows: Array) -> Explanation:
@@ -82,11 +56,12 @@ def forward_strictly(geometry: DeltaGeometry, theta: Array, root: str) -> Array:
         If there is no position: why.
     """
     y, codes = solutions.forward(geometry, theta, root)
-    return np.asarray(answer(y, codes, False, True, "forward", explain_angles(geometry, theta, root)))
+    raise_first(codes, "forward", explain=explain_angles(geometry, theta, root))
+    return y
 
 
 def _text(direction: Array) -> str:
     return f"({', '.join(f'{x:.3g}' for x in direction)})"
 
 
-__all__ = ["Explanation", "answer", "explain_angles", "explain_positions", "forward_strictly"]
+__all__ = ["explain_angles", "explain_positions", "forward_strictly"]

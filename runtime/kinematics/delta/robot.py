@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from ...common.progress import ProgressOption
 from ...common.validation import as_bool, as_choice, real_array
 from ...core.multivector import Multivector
+from ...dispatch.formulas import array_result
 from ...dispatch.multivector_data import Statuses
 from ...mechanics.system import System
 from . import geometry, solutions
-from .diagnostics import Answer, answer, explain_angles, explain_positions, forward_strictly
+from .diagnostics import explain_angles, explain_positions, forward_strictly
 from .geometry import BASE, BODIES, DeltaGeometry, JointObjects, Pose
 from .screw_jacobians import forward_jacobian, inverse_jacobian
 from .singularity import Singularity, singularity
@@ -95,7 +96,7 @@ class DeltaRobot(DeltaGeometry):
         status: bool = False,
         strict: bool = False,
         threads: int | None = None,
-    ) -> Answer:
+    ) -> Array | tuple[Array, Statuses]:
         """Angles of the motors for positions of the platform (7.7.2).
 
         Parameters
@@ -129,7 +130,7 @@ class DeltaRobot(DeltaGeometry):
         """
         positions, elbows = real_array(y, "y", (..., 3)), solutions.elbow_signs(elbow)
         theta, codes = solutions.inverse(self, positions, elbows, as_bool(precise, "precise"), threads)
-        return answer(theta, codes, status, strict, "inverse", explain_positions(self, positions, elbows))
+        return array_result(theta, codes, "inverse", status, strict, 1, explain_positions(self, positions, elbows))
 
     @overload
     def forward(
@@ -150,7 +151,7 @@ class DeltaRobot(DeltaGeometry):
         status: bool = False,
         strict: bool = False,
         threads: int | None = None,
-    ) -> Answer:
+    ) -> Array | tuple[Array, Statuses]:
         """Positions of the platform for angles of the motors (7.7.2).
 
         Parameters
@@ -170,7 +171,7 @@ class DeltaRobot(DeltaGeometry):
         """
         angles = real_array(theta, "theta", (..., 3))
         y, codes = solutions.forward(self, angles, root, as_bool(precise, "precise"), threads)
-        return answer(y, codes, status, strict, "forward", explain_angles(self, angles, root))
+        return array_result(y, codes, "forward", status, strict, 1, explain_angles(self, angles, root))
 
     def arm_status(self, y: Any, elbow: Any = "outer") -> Array:
         """`Status` of each arm (..., 3): `OK`, `UNREACHABLE`, `SINGULAR` or `INVALID`; see `inverse`."""
@@ -197,7 +198,7 @@ class DeltaRobot(DeltaGeometry):
         status: bool = False,
         strict: bool = False,
         threads: int | None = None,
-    ) -> Answer:
+    ) -> Array | tuple[Array, Statuses]:
         """J with dy = J dtheta (7.7.5).
 
         Parameters
@@ -219,7 +220,8 @@ class DeltaRobot(DeltaGeometry):
         else:
             operands = [angles, self.parameters, weights]
             jacobian, codes = solutions.jacobians("delta_rates.forward_jacobian", operands, threads)
-        return answer(jacobian, codes, status, strict, "forward_jacobian", explain_angles(self, angles, root))
+        reason = explain_angles(self, angles, root)
+        return array_result(jacobian, codes, "forward_jacobian", status, strict, 2, reason)
 
     @overload
     def inverse_jacobian(
@@ -240,7 +242,7 @@ class DeltaRobot(DeltaGeometry):
         status: bool = False,
         strict: bool = False,
         threads: int | None = None,
-    ) -> Answer:
+    ) -> Array | tuple[Array, Statuses]:
         """J* with dtheta = J* dy (7.7.5), the inverse of J; parameters as in `inverse` and `forward_jacobian`.
 
         `SINGULAR`: an arm is stretched or folded, and its forearm's direction is lost to the platform; see
@@ -252,7 +254,8 @@ class DeltaRobot(DeltaGeometry):
         else:
             operands = [positions, self.parameters, elbows]
             jacobian, codes = solutions.jacobians("delta_rates.inverse_jacobian", operands, threads)
-        return answer(jacobian, codes, status, strict, "inverse_jacobian", explain_positions(self, positions, elbows))
+        reason = explain_positions(self, positions, elbows)
+        return array_result(jacobian, codes, "inverse_jacobian", status, strict, 2, reason)
 
     # -- points, bodies and motions -------------------------------------------------------------------------------
 

@@ -1,4 +1,4 @@
-"""Reader of mechanism files (docs/mechanisms.md) and URDF files.
+"""Reader of mechanism files (docs/mechanisms.md) and files of robots.
 
 Errors name file, line, key and remedy.
 """
@@ -9,7 +9,7 @@ import math
 import os
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,29 +24,25 @@ from ..delta.robot import DeltaRobot
 from ..mechanism.mechanism import Mechanism
 from ..task.mechanism_model import MechanismModel
 from ..task.report import AnyModel
-from ..task.robot_model import ChainModel, DeltaModel
+from ..task.robot_model import DeltaModel
 from ..task.task import PoseQuery, Setup, ViewOptions, WorkspaceQuery
 from ..task.tool_path import ToolPath
 from . import schema
-
-if TYPE_CHECKING:
-    from ..urdf.robot import Robot
+from .robots import SUFFIXES, load_robot, robot_model
 
 Array = NDArray[Any]
-#: Suffix of URDF files.
-URDF = ".urdf"
 
 
 def load_mechanism(path: str | os.PathLike[str], tip: str | None = None, root: str | None = None) -> Setup:
-    """Read and check a mechanism file, or a URDF file.
+    """Read and check a mechanism file, or a robot's.
 
     Parameters
     ----------
     path
-        TOML, or ``.urdf``.
+        TOML; or ``.urdf``, ``.sdf``, or ``.xml`` and ``.mjcf``, an MJCF.
     tip, root : str, optional
-        Of a URDF file: the links between which its chain goes. Default: the root of the file, and the link with the
-        most moving joints above it.
+        Of a robot's file: the links between which its chain goes. Default: the root of the file, or of the largest part
+        that floats, and the link with the most moving joints above it.
 
     Returns
     -------
@@ -56,41 +52,20 @@ def load_mechanism(path: str | os.PathLike[str], tip: str | None = None, root: s
     ------
     InputError
         If it cannot be read, does not match the schema, or is inconsistent: with file, line and key.
-    MissingExtraError
-        For URDF without yourdfpy (extra `urdf`).
     """
     file = as_path(path, "a mechanism is read from")
-    if file.suffix.lower() == URDF:
-        from ..urdf.robot import load_urdf
-
-        return Setup(chain_model(load_urdf(file), tip, root), name=str(file))
+    if file.suffix.lower() in SUFFIXES:
+        return Setup(robot_model(load_robot(file), tip, root), name=str(file))
     document = read_document(file, schema.FileTable)
     if (tip or root) and document.contents.urdf is None:
-        raise InputError("tip and root are of URDF files.", where=document.name)
+        raise InputError("tip and root are of robots' files.", where=document.name)
     return _Reader(document, file.parent, tip, root).setup()
-
-
-def chain_model(robot: Robot, tip: str | None = None, root: str | None = None) -> ChainModel:
-    """A robot and the chain to its tip; default: the link with the most moving joints above it."""
-    end = tip
-    if end is None:
-        above = {joint.child: joint for joint in robot.joints.values()}
-        counts = {}
-        for name in robot.links:
-            count, link = 0, name
-            while link in above:
-                count += above[link].name in robot.joint_names
-                link = above[link].parent
-            counts[name] = count
-        most = max(counts.values())
-        end = [name for name in robot.links if counts[name] == most][-1]  # behind what is welded to it
-    return ChainModel(robot, robot.chain(end, root), end, root)
 
 
 class _Reader(MechanicsReader[schema.FileTable]):
     """Builder of a setup from a checked file.
 
-    ``tip`` and ``root`` are the ends of the chain of a URDF file, in place of the file's.
+    ``tip`` and ``root`` are the ends of the chain of a robot's file, in place of the file's.
     """
 
     def __init__(self, document: Document[schema.FileTable], folder: Path, tip: str | None, root: str | None) -> None:
@@ -137,15 +112,15 @@ class _Reader(MechanicsReader[schema.FileTable]):
             return self._chain(table.urdf)
         return self._mechanism()
 
-    def _chain(self, spec: schema.UrdfTable) -> ChainModel:
-        from ..urdf.robot import load_urdf, urdf_example
+    def _chain(self, spec: schema.UrdfTable) -> AnyModel:
+        from ..urdf.reader import urdf_example
 
         file = self.folder / spec.path if spec.path is not None else urdf_example(str(spec.example))
-        robot = self.document.build(("urdf", "path"), partial(load_urdf, file, mimic=spec.mimic, ignore=spec.ignore))
+        robot = self.document.build(("urdf", "path"), partial(load_robot, file, spec.mimic, spec.ignore))
         for key, name in (("tip", spec.tip), ("root", spec.root)):
             if name is not None:
                 self.one_of(name, robot.links, ("urdf", key), "a link")
-        return self.document.build(("urdf",), partial(chain_model, robot, self.tip or spec.tip, self.root or spec.root))
+        return self.document.build(("urdf",), partial(robot_model, robot, self.tip or spec.tip, self.root or spec.root))
 
     def _mechanism(self) -> MechanismModel:
         spec = self.table.mechanism

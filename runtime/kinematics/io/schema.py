@@ -49,7 +49,7 @@ class UrdfTable(Table):
     example: Literal["arm", "scara"] | None = None
     tip: Name | None = None
     root: Name | None = None
-    mimic: Literal["error", "free"] = "error"
+    mimic: Literal["follow", "free", "error"] = "follow"
     ignore: list[Name] = []
 
     @model_validator(mode="after")

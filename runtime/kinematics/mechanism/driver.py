@@ -1,6 +1,6 @@
 """Compiled driver of a mechanism: its parameters, in the mechanism's own frame and unit, and calls over threads.
 
-The only module that knows the layout of the driver's structures (templates/c/programs/mechanisms/mechanism_types.h).
+The only module that knows what the algorithms take (codegen/programs/mechanisms).
 """
 
 from __future__ import annotations
@@ -12,21 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.build.extension import load, required_compiler
 from ...codegen.programs.mechanisms.config import Cut, Link, MechanismConfig, Target
-from ...codegen.programs.mechanisms.layout import JointLayout, MechanismLayout, assign_offsets
-from ...codegen.programs.mechanisms.mechanism import mechanism_program
+from ...codegen.programs.mechanisms.program import work_of
+from ...codegen.programs.mechanisms.tables import mechanism_tables
 from ...common import parallel
 from ...common.memory import check_workspace
-from ...core.geometry.scaling import in_units
-from ...core.multivector import Multivector
-from ...mechanics.joints.base import Condition, Joint
-from ...mechanics.motion_closed_kinds import layout_of, matrix_of, on_layout
-from ...mechanics.twists import commutator_matrix
+from .loop_calls import LoopCall, mechanism_loop
+from .shared_objects import SharedObjects, shared_objects
 from .structure import Assembly
 
 Array = NDArray[Any]
-#: Code of a pose or Jacobian that was found, as in templates/c/programs/mechanisms/mechanism_types.h.
+#: Code of a pose or Jacobian that was found, as in codegen/programs/mechanisms/poses.py and jacobians.py.
 DONE = 0
 #: Code of a pose whose search stalled.
 STUCK = 1
@@ -46,6 +42,8 @@ CLOSED = 1e-14
 ROUNDS = 400
 #: Closure errors up to this multiple of `CLOSED` that no longer decrease are rounding errors.
 NEARLY = 100
+#: Bytes of work arrays of the items that a GPU runs at a time.
+MOST_ON_GPU = 1 << 30
 #: Rows with a smaller independent fraction are redundant.
 TOLERANCE = 1e-9
 
@@ -82,19 +80,16 @@ class Driver:
         self.mechanism, self.request = mechanism, request
         self._tree = mechanism.tree
         self._link_index = {b: i for i, b in enumerate(self._tree.order)}
-        algebra = mechanism.algebra
-        self._needs = self._program_needs()
-        self._layout = assign_offsets(self._needs, {name: algebra.kind(name).size for name in algebra.kinds})
-        required_compiler("poses of mechanisms are compiled at their first use")
-        self._module = load(mechanism_program(self._needs).extension())
-        self.numbers = np.zeros(max(1, self._layout.size))
+        self._tables = mechanism_tables(self._program_needs())
+        self.numbers = np.zeros(self._tables.size)
         self._store()
+        self._calls: dict[str, LoopCall] = {}
 
     # -- parameters -------------------------------------------------------------------------------------
 
     def _program_needs(self) -> MechanismConfig:
         tree, mechanism = self._tree, self.mechanism
-        self._objects = [_objects(mechanism, joint) for joint in mechanism.joints]
+        self._objects = [shared_objects(mechanism, joint) for joint in mechanism.joints]
         links, cuts = [], []
         for body in tree.order:
             j = tree.joint[body]
@@ -129,71 +124,90 @@ class Driver:
         return [*self._tree.loop_joints, *varying]
 
     def _store(self) -> None:
-        offsets: MechanismLayout = self._layout
+        tables = self._tables.arguments
+        self._object_table = tables["shared"]
         relations = self.mechanism.loops.relations
-        for link, body in zip(offsets.links, self._tree.order, strict=True):
+        for link, body in zip(tables["links"], self._tree.order, strict=True):
             j, sign = self._tree.joint[body], self._tree.sign[body]
             objects = self._objects[j]
             if objects.varying:
                 self._put(link.free, np.eye(6))
                 continue
             self._put(link.free, sign * relations[j].free.T)
-            self._put(link.back, sign * np.linalg.pinv(relations[j].rows))
+            self._put(link.inverse, sign * np.linalg.pinv(relations[j].rows))
             self._store_objects(link, objects, relations[j].rows)
-        for cut, j in zip(offsets.cuts, self.closure_joints, strict=True):
-            self._put(cut.rows, relations[j].rows)
+        for cut, j in zip(tables["cuts"], self.closure_joints, strict=True):
+            if cut.matrix >= 0:
+                self._put(cut.matrix, relations[j].rows)
             self._store_objects(cut, self._objects[j], relations[j].rows)
         frame = self.mechanism.frame
-        for goal, (_, point) in zip(offsets.targets, self.request.targets, strict=True):
+        for goal, (_, point) in zip(tables["targets"], self.request.targets, strict=True):
             if point is not None:
-                self._put(goal.free, (np.asarray(point, float) - frame.center) / frame.unit)
+                self._put(goal.point, (np.asarray(point, float) - frame.center) / frame.unit)
         if self.request.inputs is not None:
-            self._put(offsets.right, self.mechanism.from_world @ np.asarray(self.request.inputs, float))
+            self._put(tables["sizes"].right, self.mechanism.from_world @ np.asarray(self.request.inputs, float))
 
-    def _put(self, at: int, values: Array) -> None:
+    def _put(self, at: Any, values: Array) -> None:
         flat = np.ravel(values)
-        self.numbers[at : at + flat.size] = flat
+        self.numbers[int(at) : int(at) + flat.size] = flat
 
-    def _store_objects(self, offsets: JointLayout, objects: _SharedObjects, rows: Array) -> None:
+    def _store_objects(self, joint: Any, objects: SharedObjects, rows: Array) -> None:
         """Store the objects of a joint, and matrices G with G (X x E) = W E for its rows W."""
         mixed = rows @ np.linalg.pinv(np.concatenate(objects.rates), rcond=1e-9)
         target, at = np.zeros(len(rows)), 0
-        for shared, x, matrix in zip(offsets.shared, objects.coefficients, objects.matrices, strict=True):
+        own = self._object_table[joint.object : joint.object + joint.objects]
+        for shared, x, matrix in zip(own, objects.coefficients, objects.matrices, strict=True):
             function = mixed[:, at : at + len(matrix)] @ matrix
             at += len(matrix)
-            self._put(shared.x, x)
-            self._put(shared.g, function)
+            self._put(shared.offset, x)
+            self._put(shared.part, function)
             target += function @ x
-        self._put(offsets.h, target)
+        self._put(joint.values, target)
 
     # -- calls ---------------------------------------------------------------------------------------------
 
-    def _model(self, tolerance: float = TOLERANCE) -> tuple[Any, Any]:
-        ffi = self._module.ffi
-        model, numbers = ffi.new("bs_mechanism *"), ffi.from_buffer("double[]", self.numbers)
-        model.numbers, model.tolerance = numbers, max(tolerance, self.mechanism.closure_tol)
-        model.open = self.mechanism.velocity_tol
-        model.step, model.closed, model.rounds = STEP, CLOSED, ROUNDS
-        model.nearly = max(NEARLY * CLOSED, self.mechanism.closure_tol)
-        return model, numbers
+    def _options(self) -> dict[str, Any]:
+        """What is the same in all calls, beside the tables."""
+        m = self.mechanism
+        tolerances = (
+            max(TOLERANCE, m.closure_tol), m.velocity_tol, STEP, CLOSED, max(NEARLY * CLOSED, m.closure_tol)
+        )  # fmt: skip
+        return {"numbers": self.numbers, "tolerances": np.array(tolerances), "rounds": np.array([ROUNDS])}
+
+    def _call(self, name: str) -> LoopCall:
+        call = self._calls.get(name)
+        if call is None:
+            tables = self._tables
+            loop, entry = mechanism_loop(self.mechanism.algebra.name, tables.room, name, self.mechanism.target)
+            work = {**tables.work(), **work_of(tables.room)}
+            call = self._calls[name] = LoopCall(loop, entry, {**tables.arguments, **self._options()}, work)
+        return call
+
+    def _run(
+        self, name: str, each: dict[str, Array], threads: int | None, progress: Callable[[int], None] | None = None,
+        **same: int,
+    ) -> None:  # fmt: skip
+        """Run an algorithm over items, in parts, each with work arrays of its own."""
+        call, n = self._call(name), len(next(iter(each.values())))
+        chunk = None
+        if call.is_on_gpu:
+            threads, chunk = 1, max(1, MOST_ON_GPU // max(1, call.size))
+        else:
+            check_workspace(
+                call.size, min(n, parallel.thread_count(threads)), f"a mechanism of {len(self.order)} bodies"
+            )
+        numbers = {key: np.array([value]) for key, value in same.items()}
+
+        def part(begin: int, end: int) -> None:
+            call({key: array[begin:end] for key, array in each.items()}, numbers)
+
+        parallel.run(part, n, threads, chunk, progress)
 
     def links(self, motors: Array, threads: int | None = None) -> Array:
         """Links (items, bodies, 8) of bodies at motors (items, bodies, 8), in the driver's order."""
         links = np.empty_like(motors)
-        ffi, lib = self._module.ffi, self._module.lib
-        source, target = ffi.from_buffer("double[]", motors), ffi.from_buffer("double[]", links)
-        parallel.run(lambda a, b: lib.bs_mechanism_links(source, target, a, b), len(motors), threads)
+        self._run("relative_motors", {"given": motors, "found": links}, threads)
         return links
-
-    def _run(
-        self, part: Callable[[Any, int, int], None], n: int, threads: int | None,
-        progress: Callable[[int], None] | None = None,
-    ) -> None:  # fmt: skip
-        """Run parts of a batch over threads, each with a workspace."""
-        size = int(self._module.lib.bs_mechanism_workspace())
-        check_workspace(size, min(n, parallel.thread_count(threads)), f"a mechanism of {len(self._needs.links)} bodies")
-        new = self._module.ffi.from_buffer
-        parallel.run(lambda a, b: part(new(np.empty(size // 8 + 1)), a, b), n, threads, progress=progress)
 
     @property
     def order(self) -> list[int]:
@@ -205,7 +219,7 @@ class Driver:
         shape = (paths, steps)
         return {
             "motors": np.full((*shape, len(self.order), 8), np.nan), "residual": np.full(shape, np.nan),
-            "status": np.full(shape, LATE, np.int32),
+            "status": np.full(shape, LATE, np.int64),
         }  # fmt: skip
 
     def poses(
@@ -217,82 +231,19 @@ class Driver:
         Arguments have axes (paths, steps, ...): each step of a path starts from the one before it. Links are changed in
         place; progress is in paths.
         """
-        ffi, lib, (paths, steps) = self._module.ffi, self._module.lib, links.shape[:2]
-        model, numbers = self._model()
-        poses = ffi.new("bs_poses *")
-        arrays = {"links": links, "driven": driven, "targets": targets, **results}
-        codes = arrays.pop("status")
-        buffers = [ffi.from_buffer("double[]", x if x.size else np.zeros(1)) for x in arrays.values()]
-        for name, buffer in zip(arrays, buffers, strict=True):
-            setattr(poses, name, buffer)
-        poses.status, poses.steps = ffi.from_buffer("int32_t[]", codes), steps
-        self._run(lambda w, a, b: lib.bs_mechanism_poses(model, poses, w, a, b), paths, threads, progress)
-        del numbers
+        each = {
+            "given": links, "to_go": driven, "goals": targets, "found": results["motors"],
+            "residuals": results["residual"], "statuses": results["status"],
+        }  # fmt: skip
+        self._run("poses", each, threads, progress, steps=links.shape[1])
 
     def jacobians(self, links: Array, general: bool = False, threads: int | None = None) -> tuple[Array, Array, Array]:
         """Jacobians (items, outputs, inputs) in the mechanism's frame, the largest closure errors, and codes."""
-        ffi, lib, n = self._module.ffi, self._module.lib, len(links)
-        rows = 6 * len(self._needs.outputs) + sum(self._needs.links[b].free for b in self._needs.coordinates)
-        matrices, residual, status = np.empty((n, rows, self._layout.inputs)), np.empty(n), np.empty(n, np.int32)
-        model, numbers = self._model()
-        jacobians = ffi.new("bs_jacobians *")
-        buffers = [ffi.from_buffer("double[]", x if x.size else np.zeros(1)) for x in (links, matrices, residual)]
-        jacobians.links, jacobians.jacobian, jacobians.residual = buffers
-        jacobians.status, jacobians.general = ffi.from_buffer("int32_t[]", status), int(general)
-        self._run(lambda w, a, b: lib.bs_mechanism_jacobians(model, jacobians, w, a, b), n, threads)
-        del numbers
+        n, tables = len(links), self._tables
+        matrices, residual, status = np.empty((n, tables.outputs, tables.inputs)), np.empty(n), np.empty(n, np.int64)
+        each = {"poses": links, "jacobian": matrices, "residuals": residual, "statuses": status}
+        self._run("general" if general else "elimination", each, threads)
         return matrices, residual, status
-
-
-@dataclass(frozen=True)
-class _SharedObjects:
-    """Objects that the bodies of a joint share, in the mechanism's frame and unit.
-
-    Attributes
-    ----------
-    layouts : tuple of str
-    coefficients : list of array (k,)
-    matrices : list of array (m, k)
-        Linear functions A with B(X, Y) = A Y; identities where the objects are one.
-    rates : list of array (m, 6)
-        Rates of the conditions for unit twists.
-    varying : bool
-    """
-
-    layouts: tuple[str, ...]
-    coefficients: list[Array]
-    matrices: list[Array]
-    rates: list[Array]
-    varying: bool
-
-
-def _objects(mechanism: Assembly, joint: Joint) -> _SharedObjects:
-    conditions = joint.conditions()
-    parts = [_object(mechanism, joint, c) for c in conditions]
-    varying = any(c.product is not None for c in conditions)
-    return _SharedObjects(
-        tuple(p[0] for p in parts), [p[1] for p in parts], [p[2] for p in parts], [p[3] for p in parts], varying
-    )
-
-
-def _object(mechanism: Assembly, joint: Joint, c: Condition) -> tuple[str, Array, Array, Array]:
-    algebra, frame = mechanism.algebra, mechanism.frame
-    away = ~algebra.translator(frame.center)
-
-    def in_frame(x: Multivector) -> Multivector:
-        local = in_units(away >> x, frame.unit)
-        return local / float(np.abs(local.values).max())
-
-    y = in_frame(c.y)
-    layout = layout_of([y], joint.label)
-    if c.product is None:
-        matrix = np.eye(algebra.kind(layout).size)
-    else:
-        product, x = c.product, in_frame(c.x)
-        matrix = matrix_of(lambda v: product(x, v), algebra, layout, joint.label)
-    rates = matrix @ commutator_matrix(y, layout)
-    size = np.linalg.norm(rates)
-    return layout, on_layout(y, layout), matrix / size, rates / size
 
 
 def driver_of(assembly: Assembly, **request: Any) -> Driver:

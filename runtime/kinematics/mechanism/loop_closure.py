@@ -7,7 +7,7 @@ space as the constraint matrix with 6 columns for each body, at lower cost.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -31,10 +31,13 @@ class Loops:
     ----------
     tree : Tree
     relations : list of Relation
+    couplings : list of dict
+        Linear relations of speeds: coefficients by joint and freedom, in the world's units.
     """
 
     tree: Tree
     relations: Sequence[Relation]
+    couplings: Sequence[Mapping[tuple[int, int], float]] = ()
 
     @cached_property
     def offsets(self) -> Array:
@@ -53,7 +56,7 @@ class Loops:
 
     @cached_property
     def matrix(self) -> Any:
-        """Rows of the loop joints in the coordinates (sparse)."""
+        """Rows of the loop joints, then of the couplings, in the coordinates (sparse)."""
         blocks = []
         for k, j in enumerate(self.tree.loop_joints):
             rows = self.relations[j].rows
@@ -61,7 +64,40 @@ class Loops:
                 blocks.append(
                     (int(self.loop_rows[k]), int(self.offsets[body]), sign * (rows @ self.joint_subspace(body)))
                 )
-        return block_matrix(blocks, (int(self.loop_rows[-1]), self.size))
+        joints = block_matrix(blocks, (int(self.loop_rows[-1]), self.size))
+        if not self.couplings:
+            return joints
+        return sparse.vstack([joints, *map(self._coupling_row, self.coupling_powers)]).tocsr()
+
+    @cached_property
+    def coupling_powers(self) -> list[dict[int, Array]]:
+        """Rows (6,) by joint of each coupling, on the relative twists at its joints; the largest has the norm 1."""
+        found = []
+        for coupling in self.couplings:
+            powers: dict[int, Array] = {}
+            for (j, k), coefficient in coupling.items():
+                relation = self.relations[j]
+                speed = relation.speeds[k] * np.linalg.pinv(relation.free)[k]
+                powers[j] = powers.get(j, np.zeros(6)) + coefficient * speed
+            size = max(float(np.linalg.norm(power)) for power in powers.values())
+            found.append({j: power / size for j, power in powers.items()})
+        return found
+
+    def _coupling_row(self, powers: Mapping[int, Array]) -> Any:
+        """A coupling in the coordinates (sparse)."""
+        row = sparse.csr_array((1, self.size))
+        for j, power in powers.items():
+            row = row + sparse.csr_array(power[None]) @ self.joint_jacobian(j)
+        return row
+
+    def joint_jacobian(self, joint: int) -> Any:
+        """Relative twists (6, size) at a joint for unit speeds of the tree (sparse)."""
+        body = self.tree.child_of.get(joint)
+        if body is not None:
+            return block_matrix([(0, int(self.offsets[body]), self.relations[joint].free)], (6, self.size))
+        a, b = self.tree.ends[joint]
+        paths = [self.body_jacobian(x) if x >= 0 else sparse.csr_array((6, self.size)) for x in (a, b)]
+        return (paths[1] - paths[0]).tocsr()
 
     def joint_subspace(self, body: int) -> Array:
         """Twists (6, f) of a body relative to its parent, for unit speeds at the joint between."""

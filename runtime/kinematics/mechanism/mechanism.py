@@ -20,19 +20,19 @@ from ...dispatch.formulas import ArrayOperand, evaluate, raise_first
 from ...dispatch.multivector_data import Statuses
 from ...mechanics.arguments import multivector_of
 from ...mechanics.joints.displaced import DisplacedJoint
+from .dynamics import MechanismDynamics
 from .jacobian import Analysis, analyze
 from .loop_closure import block_matrix
 from .mobility import NOISE, FreeMotion, SelfStress, free_basis, passive_dof, self_stresses
-from .pose_jacobians import METHODS, jacobians
-from .pose_solver import solve_poses
-from .poses import Poses
-from .structure import Assembly
+from .poses.batch import Poses
+from .poses.jacobians import METHODS, jacobians
+from .poses.solver import solve_poses
 from .velocity_solver import KnownVelocities
 
 Array = NDArray[Any]
 
 
-class Mechanism(Assembly):
+class Mechanism(MechanismDynamics):
     """Bodies that joints hold together, at one pose.
 
     Parameters
@@ -44,6 +44,9 @@ class Mechanism(Assembly):
         Their geometry is in the world, at the current poses of the bodies. `add` takes more.
     tolerance : float
         Fraction of the largest singular value below which one is zero.
+    target : {"c", "numba", "cuda"}
+        What runs poses and their Jacobians: the results have the same bits. Where there is no C compiler, "c" is numba,
+        too. "cuda" computes a pose, or a path, in each thread of a GPU.
 
     Raises
     ------
@@ -69,6 +72,12 @@ class Mechanism(Assembly):
                 if body >= 0:
                     blocks.append((row, 6 * body, sign * rows))
             row += len(rows)
+        for powers in self.loops.coupling_powers:
+            for j, power in powers.items():
+                for body, sign in zip(self.tree.ends[j], (-1, 1), strict=True):
+                    if body >= 0:
+                        blocks.append((row, 6 * body, sign * power[None] @ self.from_world))
+            row += 1
         return block_matrix(blocks, (row, 6 * len(self.moving)))
 
     def rank(self) -> int:
@@ -300,7 +309,7 @@ class Mechanism(Assembly):
         )  # fmt: skip
 
     def at(self, motors: Mapping[str, Multivector]) -> Mechanism:
-        """The mechanism at another pose.
+        """The mechanism at another pose, its inertias with it.
 
         Parameters
         ----------
@@ -314,10 +323,13 @@ class Mechanism(Assembly):
             self.body_index(name)
             displacements[name] = multivector_of(motor, self.algebra, f"the motor of {name!r}").as_kind("motor")
             check_shape(motor, f"the motor of {name!r}", ())
-        new = Mechanism(self.bodies, self.fixed, (), self.tolerance)
+        new = Mechanism(self.bodies, self.fixed, (), self.tolerance, self.target)
         names = {j: name for name, j in self._joint_indices.items()}
         for j, joint in enumerate(self._joints):
             new.add(DisplacedJoint(joint, displacements[joint.a], displacements[joint.b]), names.get(j))
+        for row in self._couplings:
+            new.couple({(new._joints[j], k): c for (j, k), c in row.items()})
+        new._inertias = self.displaced_inertias(displacements)
         return new
 
     def __repr__(self) -> str:

@@ -106,7 +106,8 @@ def passive_dof(loops: Loops, tolerance: float) -> list[tuple[int, Array]]:
             for child, sign in ((b, 1), *((c, -1) for c in children[b])):
                 at = slice(loops.offsets[child], loops.offsets[child + 1])
                 speeds[at] = sign * np.linalg.lstsq(loops.joint_subspace(child), twist, rcond=None)[0]
-            motions.append((b, speeds))
+            if not loops.couplings or np.abs(loops.matrix @ speeds).max() <= tolerance * np.abs(speeds).max():
+                motions.append((b, speeds))
     return motions
 
 
@@ -174,7 +175,7 @@ def self_stresses(loops: Loops, split: list[Block]) -> list[Array]:
     stresses = []
     for part in split:
         for values in part.stress.T:
-            stress = np.zeros(int(loops.loop_rows[-1]))
+            stress = np.zeros(loops.matrix.shape[0])
             stress[part.rows] = values
             stresses.append(_propagate_self_stress(loops, stress))
     return stresses
@@ -185,12 +186,21 @@ def _propagate_self_stress(loops: Loops, stress: Array) -> Array:
     tree = loops.tree
     wrenches, net = np.zeros((len(tree.ends), 6)), np.zeros((len(tree.parent), 6))
     for k, j in enumerate(tree.loop_joints):
-        wrench = stress[loops.loop_rows[k] : loops.loop_rows[k + 1]] @ loops.relations[j].rows
-        wrenches[j] = wrench
+        wrenches[j] = stress[loops.loop_rows[k] : loops.loop_rows[k + 1]] @ loops.relations[j].rows
+    for value, powers in zip(stress[loops.loop_rows[-1] :], loops.coupling_powers, strict=True):
+        for j, power in powers.items():
+            if j not in tree.child_of:
+                wrenches[j] += value * power
+    for j in tree.loop_joints:
         for body, sign in zip(tree.ends[j], (-1, 1), strict=True):
             if body >= 0:
-                net[body] += sign * wrench
+                net[body] += sign * wrenches[j]
     through = tree.accumulate_up(net)
     for b, j in enumerate(tree.joint):
         wrenches[j] = -tree.sign[b] * through[b]
+    values = stress[loops.loop_rows[-1] :]
+    if len(values) and not np.abs(wrenches).max(initial=0) > NOISE:  # couplings against each other: one of them
+        first = int(np.abs(values).argmax())
+        for j, power in loops.coupling_powers[first].items():
+            wrenches[j] = values[first] * power
     return wrenches

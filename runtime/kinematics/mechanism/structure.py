@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from ...codegen.algebra.algebra import Kind
 from ...codegen.errors import ConstraintError, InputError, suggest
-from ...common.validation import as_float, as_instance, as_tuple, as_word
+from ...common.validation import as_choice, as_float, as_instance, as_tuple, as_word
 from ...core.geometry.scaling import length_powers
 from ...core.multivector import Algebra, Multivector
+from ...dispatch.algorithm_loops import TARGETS
 from ...mechanics.joints.base import Joint
 from ...mechanics.joints.displaced import DisplacedJoint, closure_errors
 from ...mechanics.joints.local_relations import Frame, Relation, relations, to_world
@@ -41,8 +41,9 @@ class Assembly:
     """Bodies and the joints between them, with the linear relations of the joints: the data of a `Mechanism`."""
 
     def __init__(
-        self, bodies: Sequence[str], fixed: str, joints: Sequence[Joint] = (), tolerance: float = TOLERANCE
-    ) -> None:
+        self, bodies: Sequence[str], fixed: str, joints: Sequence[Joint] = (), tolerance: float = TOLERANCE,
+        target: str = "c",
+    ) -> None:  # fmt: skip
         names = list(as_tuple(bodies, "bodies", str))
         for name in names:
             as_word(name, "the name of a body")
@@ -52,11 +53,13 @@ class Assembly:
             raise InputError(f"fixed={fixed!r} is not in bodies.{suggest(str(fixed), names)}")
         self.bodies, self.fixed = tuple(names), fixed
         self.tolerance = as_float(tolerance, "the tolerance", above=0, below=1)
+        self.target = as_choice(target, "target", TARGETS)
         self.moving = tuple(name for name in names if name != fixed)
         self._body_indices = {name: i for i, name in enumerate(self.moving)} | {fixed: -1}
         self._joints: list[Joint] = []
         self._joint_indices: dict[str, int] = {}
         self._joint_ids: set[int] = set()
+        self._couplings: list[dict[tuple[int, int], float]] = []
         for joint in as_tuple(joints, "joints", Joint):
             self.add(joint)
 
@@ -88,13 +91,62 @@ class Assembly:
             self._joint_indices[name] = len(self._joints)
         self._joints.append(joint)
         self._joint_ids.add(id(joint))
-        for name in [k for k in vars(self) if isinstance(getattr(type(self), k, None), cached_property)]:
-            del self.__dict__[name]
+        self._forget()
         return joint
 
+    def couple(self, coefficients: Mapping[Any, float]) -> None:
+        """Add a linear relation of joints: the sum of coefficients times speeds is zero.
+
+        Parameters
+        ----------
+        coefficients : mapping
+            By joint or its name, where it has one freedom, or by ``(joint, k)`` for its freedom k; speeds are in
+            radians, or in lengths along the joint. ``{"finger_2": 1, "finger_1": -1}``: a finger that follows another.
+
+        Raises
+        ------
+        InputError
+            If there is no such joint, it is named twice, or a coefficient is not finite.
+        """
+        row: dict[tuple[int, int], float] = {}
+        for key, value in as_instance(coefficients, "a coupling", Mapping, "a mapping of joints to numbers").items():
+            joint, k = key if isinstance(key, tuple) and len(key) == 2 else (key, 0)
+            j = self.find_joint(joint)
+            if j is None:
+                raise InputError(
+                    f"a coupling names {joint!r}, which is not a joint of this mechanism."
+                    f"{suggest(str(joint), self.joint_names)}"
+                )
+            count = self._joints[j].mobility
+            if not 0 <= k < count or (count > 1 and key is joint):
+                raise InputError(
+                    f"a coupling names freedom {k} of {self.joint_names[j]}, which has {count}.",
+                    remedy="Give (joint, k), with k from 0",
+                )
+            if (j, k) in row:
+                raise InputError(f"a coupling names {self.joint_names[j]} twice.")
+            row[j, k] = as_float(value, f"the coefficient of {self.joint_names[j]}")
+        if not any(row.values()):
+            raise InputError("a coupling has at least one coefficient that is not zero.")
+        self._couplings.append(row)
+        self._forget()
+
+    @property
+    def couplings(self) -> tuple[dict[tuple[str, int], float], ...]:
+        """Linear relations of joints: coefficients by name of a joint and index of its freedom."""
+        return tuple({(self.joint_names[j], k): c for (j, k), c in row.items()} for row in self._couplings)
+
+    def _forget(self) -> None:
+        """Forget results that another joint or coupling changes."""
+        for name in [k for k in vars(self) if isinstance(getattr(type(self), k, None), cached_property)]:
+            del self.__dict__[name]
+
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle bodies and joints; cached results and compiled drivers are left out."""
-        return _restore, (type(self), self.bodies, self.fixed, self.tolerance, self._joints, dict(self._joint_indices))
+        """Pickle bodies, joints and couplings; cached results and compiled drivers are left out."""
+        return _restore, (
+            type(self), self.bodies, self.fixed, self.tolerance, self.target, self._joints, dict(self._joint_indices),
+            self._couplings,
+        )  # fmt: skip
 
     @property
     def joints(self) -> tuple[Joint, ...]:
@@ -232,7 +284,7 @@ class Assembly:
     @cached_property
     def loops(self) -> Loops:
         """Loop-closure equations in the speeds at the joints of the tree."""
-        return Loops(self.tree, self._relations_and_frame[0])
+        return Loops(self.tree, self._relations_and_frame[0], self._couplings)
 
     @cached_property
     def _blocks(self) -> list[Block]:
@@ -240,9 +292,7 @@ class Assembly:
 
     def joint_jacobian(self, joint: int) -> Any:
         """Relative twists (6, size) at a joint for unit speeds of the tree (sparse)."""
-        a, b = self.tree.ends[joint]
-        ways = [self.loops.body_jacobian(x) if x >= 0 else sparse.csr_array((6, self.loops.size)) for x in (a, b)]
-        return (ways[1] - ways[0]).tocsr()
+        return self.loops.joint_jacobian(joint)
 
     def residuals(self) -> dict[str, float]:
         """Closure error of each joint, relative to its length scale, by its name."""
@@ -258,10 +308,12 @@ def _algebra_of(joint: Joint) -> Algebra:
 
 
 def _restore(
-    kind: type[Assembly], bodies: tuple[str, ...], fixed: str, tolerance: float, joints: list[Joint],
-    names: dict[str, int],
+    kind: type[Assembly], bodies: tuple[str, ...], fixed: str, tolerance: float, target: str, joints: list[Joint],
+    names: dict[str, int], couplings: list[dict[tuple[int, int], float]],
 ) -> Assembly:  # fmt: skip
-    assembly, by_index = kind(bodies, fixed, (), tolerance), {j: name for name, j in names.items()}
+    assembly, by_index = kind(bodies, fixed, (), tolerance, target), {j: name for name, j in names.items()}
     for j, joint in enumerate(joints):
         assembly.add(joint, by_index.get(j))
+    for row in couplings:
+        assembly.couple({(joints[j], k): c for (j, k), c in row.items()})
     return assembly

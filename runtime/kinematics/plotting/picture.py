@@ -15,6 +15,7 @@ from scipy.spatial import ConvexHull
 
 from ... import plot as drawn
 from ...common.deprecation import renamed_keywords
+from ...core.geometry.euclidean import perpendicular
 from ...errors import InputError
 from ...plot import axes_setup, palette
 from ...plot.style import add_plate, add_surface, check_suffix, finish_picture, uniform_rows
@@ -258,7 +259,7 @@ def mark_lines(mark: Mark, span: float) -> list[Array]:
 
 def _perpendicular_pair(direction: Array) -> tuple[Array, Array]:
     """Two unit vectors perpendicular to a third and to each other."""
-    one = np.cross(direction, np.eye(3)[np.abs(direction).argmin()])
+    one = perpendicular(direction)
     one = one / np.linalg.norm(one)
     return one, np.cross(direction, one)
 

@@ -5,8 +5,9 @@ Thesis 7.3. Axes, tool and frames are given in the world where all joints are at
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
-from typing import Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,9 +16,16 @@ from ...codegen.errors import ShapeError
 from ...common.progress import ProgressOption
 from ...common.validation import as_bool
 from ...core.multivector import Multivector
+from ...mechanics.screws import geometry
+from ..solutions.postures import Postures, all_solutions
+from .axes import join_axes, prismatic_axis, revolute_axis
 from .data import SerialChainData
+from .denavit_hartenberg import dh_frames
 from .inverse import Solution, inverse
 from .singularity import Singularity, singularity
+
+if TYPE_CHECKING:
+    from ...core.multivector import Algebra
 
 Array = NDArray[Any]
 
@@ -42,8 +50,12 @@ class Chain(SerialChainData):
     length : float, optional
         Length that a radian counts as where angles and lengths are compared. Default: the sum of the distances from
         joint to joint to tool.
-    target : {"c", "numba"}
-        What runs the loops: the results have the same bits. Where there is no C compiler, "c" is numba, too.
+    coordinates : list of int, optional
+        Index of the coordinate that moves each joint, where joints follow others: names and limits are then those of
+        the coordinates, and an axis is for a unit of its coordinate. `inverse` needs a coordinate for each joint.
+    target : {"c", "numba", "cuda"}
+        What runs the loops: the results have the same bits. Where there is no C compiler, "c" is numba, too; "cuda"
+        needs a GPU, copies there and back, and pays for very many poses.
 
     Attributes
     ----------
@@ -51,8 +63,8 @@ class Chain(SerialChainData):
     names : tuple of str
     limits : array (n, 2)
     length : float
-    count : int
-        n.
+    count, joint_count : int
+        Of coordinates, n, and of joints, which are as many unless some share a coordinate.
     reach : float
         Largest distance of the tool's origin from the first joint; infinite if a joint translates without limits.
     freedom : int
@@ -68,6 +80,51 @@ class Chain(SerialChainData):
     A pose is computed as a rotor and a position relative to the first joint, so that a robot far from the origin of the
     world is as exact as one there. All joints, up to 4096, are one loop over rotors and positions.
     """
+
+    @classmethod
+    def from_dh(
+        cls, rows: Any, convention: str = "standard", angles: str = "radians", joints: str | None = None, *,
+        tool: Multivector | None = None, names: Sequence[str] | None = None, limits: Any = None,
+        algebra: Algebra | None = None, target: str = "c",
+    ) -> Self:  # fmt: skip
+        """A chain from a table of Denavit and Hartenberg's numbers.
+
+        Parameters
+        ----------
+        rows : array (n, 4), or list of mappings
+            a, alpha, d, theta of each joint, in this order or by name (those left out are zero): lengths in the user's
+            unit, angles as ``angles`` says. Theta, and d of a joint that translates, are where the coordinate is zero.
+        convention : {"standard", "modified"}
+            Standard: Rot z(theta) Trans z(d) Trans x(a) Rot x(alpha), the joint at the frame before. Modified (Craig):
+            Rot x(alpha) Trans x(a) Rot z(theta) Trans z(d), the joint behind alpha and a.
+        angles : {"radians", "degrees"}
+        joints : str, optional
+            A letter for each, R where it rotates and P where it translates. Default: all rotate.
+        tool : motor, optional
+            Of the tool in the last frame. Default: that frame.
+        names, limits, target
+            As of `Chain`; limits of rotations are in radians.
+        algebra : Algebra, optional
+            `bladesmith.cga3d` (default) or `pga3d`.
+
+        Returns
+        -------
+        Chain
+            In the frame of the table's base; `frames` are those of its links.
+
+        Raises
+        ------
+        InputError, ShapeError
+        """
+        home = geometry(algebra)
+        axes, links, translates = dh_frames(rows, convention, angles, joints)
+        twists = [
+            prismatic_axis(frame[:3, 2], home) if slides else revolute_axis(frame[:3, 3], frame[:3, 2], home)
+            for frame, slides in zip(axes, translates, strict=True)
+        ]
+        frames = home.motor_from_matrix(links, strict=True).as_kind("motor")
+        end = frames[len(links) - 1] if tool is None else (frames[len(links) - 1] * tool).as_kind("motor")
+        return cls(join_axes(twists), end, names, limits, frames=frames, target=target)
 
     def velocity(
         self, q: ArrayLike, dq: ArrayLike, all: bool = False, *, strict: bool = False, threads: int | None = None
@@ -103,7 +160,7 @@ class Chain(SerialChainData):
         flat = [values.reshape(-1, self.count) for values in operands]
         results = self.driver.twists(flat[0], flat[1], flat[2], as_bool(every, "all"), threads)
         lead = operands[0].shape[:-1]
-        shape = (*lead, self.count) if every else lead
+        shape = (*lead, self.joint_count) if every else lead
         return [self.wrap("twist", twists, shape, strict, name) for twists in results]
 
     # -- inverse kinematics and singularities --------------------------------------------------------------
@@ -114,16 +171,17 @@ class Chain(SerialChainData):
 
     def inverse(
         self, targets: Multivector, start: ArrayLike | None = None, *, tolerance: float = 1e-12, iterations: int = 60,
-        attempts: int = 32, nearest: bool = False, strict: bool = False, threads: int | None = None,
+        attempts: int = 256, nearest: bool = False, strict: bool = False, threads: int | None = None,
         progress: ProgressOption = False, executor: Executor | None = None,
     ) -> Solution:  # fmt: skip
         """Coordinates that bring the tool to motors (...), from starts (..., n).
 
         Damped Newton steps on the rotation error, -2 log of its rotor, and the position error, within the limits; where
-        they stall the search restarts elsewhere. It finds one of several solutions, near the start if it can. A target
-        that it does not find is NOT_CONVERGED: more attempts may find it. UNREACHABLE is proved: the last joint would
-        be further from the first joint than all lengths and translations together, or nearer than the longest length
-        less the others; or joints with parallel axes do not allow its height or rotation.
+        they stall the search restarts elsewhere, where poses are nearest to the target first. It finds one of several
+        solutions, near the start if it can. A target that it does not find is NOT_CONVERGED: more attempts may find it;
+        by how much it was missed is in the result, with ``nearest`` its coordinates, too. UNREACHABLE is proved: the
+        last joint would be further from the first joint than all lengths and translations together, or nearer than the
+        longest length less the others; or joints with parallel axes do not allow its height or rotation.
 
         Parameters
         ----------
@@ -133,10 +191,11 @@ class Chain(SerialChainData):
         tolerance : float
             Remaining rotation, in radians, and distance, in the chain's `length`.
         iterations, attempts : int
-            Steps of each attempt, and number of attempts; the first is from ``start``. Some reachable poses are missed
-            with the defaults; their fraction depends on the arm (docs/kinematics.md).
+            Steps of each attempt, and number of attempts; the first is from ``start``. Some reachable poses at which
+            arms are singular are missed with the defaults (docs/kinematics.md).
         nearest : bool
-            Keep the coordinates of least error where the target was not reached, instead of NaN.
+            Keep the coordinates of least error where the target was not reached, instead of NaN: the least of
+            angle^2 + (distance / length)^2 that the attempts find, which then take three times as long.
         strict : bool
             Raise for the first target that was not reached.
         threads : int, optional
@@ -162,3 +221,40 @@ class Chain(SerialChainData):
         return inverse(
             self, targets, start, tolerance, iterations, attempts, nearest, strict, threads, progress, executor
         )
+
+    def all_solutions(
+        self, pose: Multivector, *, tolerance: float = 1e-10, method: str | None = None, strict: bool = False
+    ) -> Postures:
+        """Every posture of an arm of six rotations at motors (...), up to sixteen each.
+
+        Arms with a wrist (the last or the first three axes meet in a point) and with three parallel axes (2, 3, 4 or
+        3, 4, 5) are solved in closed form, others by an elimination that leads to eigenvalues. Each posture is then
+        brought to the pose by Newton's method on the arm itself, so that axes that meet or are parallel to 1e-4 only,
+        as in many files, cost no digits.
+
+        Parameters
+        ----------
+        pose : Multivector of motors (...)
+        tolerance : float
+            Remaining rotation, in radians, and distance, in the chain's `length`.
+        method : {"wrist", "parallel", "elimination"}, optional
+            Default: the first that the arm allows.
+        strict : bool
+            Raise for the first pose without a posture.
+
+        Returns
+        -------
+        Postures
+            Angles within the limits: by whole turns as near to zero as these allow.
+
+        Raises
+        ------
+        InputError
+            If the chain has not six rotations, or not the closed form that ``method`` names.
+
+        Notes
+        -----
+        Where the tool rests while joints move (a stretched wrist) postures are a family, of which one is given and
+        marked as singular. Next to such poses postures within 1e-7 of each other may be given as one.
+        """
+        return all_solutions(self, pose, tolerance, method, strict)

@@ -5,33 +5,52 @@ Axes, tool and frames are given in the world where all joints are at zero. The l
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, Literal, overload
+from typing import Any, Literal, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.algorithms.chain_frames import JacobianFrame
 from ...codegen.errors import AlgebraMismatchError, GradeError, InputError
-from ...common.validation import as_bool, as_choice, as_instance, broadcast_to, check_shape, positive_float, real_array
+from ...common.validation import (
+    as_bool,
+    as_choice,
+    as_instance,
+    broadcast_to,
+    check_shape,
+    positive_float,
+    real_array,
+    short_repr,
+)
 from ...core.multivector import Multivector
-from ...dispatch.formulas import invalidate_nonfinite, raise_first
+from ...dispatch.algorithm_loops import TARGETS
+from ...dispatch.formulas import array_result, invalidate_nonfinite, raise_first
 from ...dispatch.multivector_data import Statuses
-from ...status import Status
+from ..trees.driver import TreeDriver, TreeParameters
+from ..trees.dynamics import JointDynamics
+from ..trees.inertias import link_rows, moved, read_inertias
+from ..trees.tree import Tree
 from .axes import chain_parameters, join_axes, joint_limits, joint_names, translation_ranges
-from .driver import TARGETS, Driver, SearchOptions
+from .driver import Driver, SearchOptions
 
 Array = NDArray[Any]
 #: Frames of Jacobians.
 FRAMES = ("world", "tool")
 #: Singular values below this fraction of the largest are zero.
 TOLERANCE = 1e-9
+#: What is wrong, where, and the remedy, where torques are asked of a chain that is axes alone.
+NO_INERTIAS = (
+    "the links of this chain have no inertias: only its kinematics are known.", None,
+    "Give them: chain.with_inertias(masses, centers, tensors); chains of a Robot have those of its file",
+)  # fmt: skip
 #: Poses from which the generic rank of a chain is determined.
 SAMPLES = 5
 
 
-class SerialChainData:
+class SerialChainData(JointDynamics):
     """A chain of joints from the fixed base to a tool: see `Chain`, which has its parameters."""
 
     def __init__(
@@ -44,17 +63,24 @@ class SerialChainData:
         frames: Multivector | None = None,
         length: float | None = None,
         target: str = "c",
+        coordinates: Sequence[int] | None = None,
     ) -> None:
         self.target = as_choice(target, "target", TARGETS)
         self.axes = join_axes(axes)
-        self.algebra, self.count = self.axes.algebra, len(self.axes)
+        self.algebra, self.joint_count = self.axes.algebra, len(self.axes)
+        self.movers = _movers(coordinates, self.joint_count)
+        self.count = self.joint_count if self.movers is None else int(self.movers.max()) + 1
         self.tool = self._motors(tool, "tool", ())
-        self.frames = self._motors(frames, "frames", (self.count,))
+        self.frames = self._motors(frames, "frames", (self.joint_count,))
         self.names = joint_names(names, self.count)
         self.limits = joint_limits(limits, self.names)
-        self.parameters, distances = chain_parameters(self.axes, self.tool, self.frames, self.names)
+        movers = slice(None) if self.movers is None else self.movers
+        moved_by = [*np.array(self.names, object)[movers]]
+        self.parameters, distances = chain_parameters(self.axes, self.tool, self.frames, moved_by)
+        self.links: Array | None = None
+        self.refusal: tuple[str, str | None, str | None] = NO_INERTIAS
         self.searches: dict[Any, SearchOptions] = {}
-        self.reach = float(distances.sum() + translation_ranges(self.parameters, self.limits).sum())
+        self.reach = float(distances.sum() + translation_ranges(self.parameters, self.limits[movers]).sum())
         size = float(distances.sum()) or self.reach
         self.length = positive_float(length, "length") if length is not None else size if 0 < size < np.inf else 1.0
 
@@ -64,8 +90,8 @@ class SerialChainData:
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        """State without the compiled driver: another process builds its own."""
-        return {name: value for name, value in self.__dict__.items() if name != "driver"}
+        """State without what is compiled: another process builds its own."""
+        return {name: value for name, value in self.__dict__.items() if name not in ("driver", "tree")}
 
     def __len__(self) -> int:
         return self.count
@@ -73,7 +99,54 @@ class SerialChainData:
     @cached_property
     def driver(self) -> Driver:
         """The compiled loops."""
-        return Driver(self.algebra.name, self.parameters, self.target)
+        return Driver(self.algebra.name, self.parameters, self.target, movers=self.movers)
+
+    def with_inertias(
+        self, inertias: Any, centers: Any = None, tensors: Any = None, *, impossible: str = "error"
+    ) -> Self:
+        """This chain with inertias of its links, for torques and accelerations.
+
+        Parameters
+        ----------
+        inertias : array (n,), or list of dynamics.Inertia
+            Masses of the links, or inertias in their frames.
+        centers : array (n, 3)
+            Centers of mass, each in the frame of its link (`frames`; by default the world's where all joints are at
+            zero). A link is what moves with its joint, the last one with the tool.
+        tensors : array (n, 3, 3) or, but for three links, (n, 3)
+            Tensors about the centers along the axes of the links' frames, mass included, or moments.
+        impossible : {"error", "keep"}
+            Inertias that no body can have (a mass or moment that is negative, a moment that exceeds the sum of the
+            others) are an error, or are computed with as they are. A link may be massless, a point or a rod.
+
+        Raises
+        ------
+        InputError, ShapeError
+        """
+        masses, found, about = read_inertias(inertias, centers, tensors, self.names, impossible)
+        found, about = moved(self.algebra.matrix(self.frames), found, about)
+        return self.with_links(link_rows(masses, found - self.joint_positions, about))
+
+    def with_links(self, links: Array | None, refusal: tuple[str, str | None, str | None] | None = None) -> Self:
+        """This chain with rows (n, 10) of `Link` about the joints' positions, or what says why it has none."""
+        new = copy.copy(self)
+        new.__dict__.pop("tree", None)
+        new.links, new.refusal = links, refusal or new.refusal
+        return new
+
+    @property
+    def joint_positions(self) -> Array:
+        """A point (n, 3) on each joint's axis, where all joints are at zero."""
+        return np.asarray(self.parameters.base + np.cumsum(self.parameters.joints[:, :3], axis=0))
+
+    @cached_property
+    def tree(self) -> Tree:
+        """Joints and links, compiled."""
+        if self.links is None:
+            what, where, remedy = self.refusal
+            raise InputError(what, where=where, remedy=remedy)
+        parameters = TreeParameters(self.parameters.joints, self.links, np.arange(-1, self.joint_count - 1))
+        return Tree(TreeDriver(self.algebra.name, parameters, self.target))
 
     def _motors(self, motor: Multivector | None, what: str, shape: tuple[int, ...]) -> Multivector:
         one = self.algebra.translator(np.zeros(3)).as_kind("motor")
@@ -136,7 +209,7 @@ class SerialChainData:
         x = self.coordinates(q)
         every = as_bool(all, "all")
         motors = self.driver.forward(x.reshape(-1, self.count), every, threads)
-        shape = (*x.shape[:-1], self.count) if every else x.shape[:-1]
+        shape = (*x.shape[:-1], self.joint_count) if every else x.shape[:-1]
         return self.wrap("motor", motors, shape, strict, "forward")
 
     @overload
@@ -182,12 +255,7 @@ class SerialChainData:
         if at.ndim > 1:
             at = broadcast_to(at, (*lead, 3), "point").reshape(-1, 3)
         matrices = self.driver.jacobian(x.reshape(-1, self.count), axes, at, threads).reshape(*lead, 6, self.count)
-        if not (as_bool(status, "status") or as_bool(strict, "strict")):
-            return matrices
-        codes = np.where(np.isfinite(matrices).all((-1, -2)), Status.OK, Status.INVALID).astype(np.uint8)
-        if strict:
-            raise_first(codes, "jacobian")
-        return (matrices, codes[()]) if status else matrices
+        return array_result(matrices, None, "jacobian", status, strict, 2)
 
     @cached_property
     def freedom(self) -> int:
@@ -215,3 +283,21 @@ class SerialChainData:
         if as_bool(strict, "strict"):
             raise_first(result._status, name)
         return result
+
+
+def _movers(coordinates: Any, joints: int) -> NDArray[np.int64] | None:
+    """Coordinate that moves each joint; None if each has its own.
+
+    Raises
+    ------
+    InputError
+    """
+    if coordinates is None:
+        return None
+    movers = np.asarray(coordinates)
+    if movers.shape != (joints,) or movers.dtype.kind not in "iu" or set(movers.tolist()) != {*range(movers.max() + 1)}:
+        raise InputError(
+            f"coordinates are {short_repr(coordinates)}; one index is needed for each of {joints} joints, from 0 on "
+            "without gaps."
+        )
+    return None if np.array_equal(movers, np.arange(joints)) else movers.astype(np.int64)

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.algorithms.chain_frames import JacobianFrame
-from ...codegen.errors import CompilerMissingError
 from ...common import parallel
+from ...dispatch.algorithm_loops import compiled_loop
 from ...status import Status
 
 if TYPE_CHECKING:
@@ -22,9 +20,8 @@ if TYPE_CHECKING:
     from ...codegen.targets.c.instances import Instance
 
 Array = NDArray[Any]
-_log = logging.getLogger("bladesmith")
-#: Where chains can run.
-TARGETS = ("c", "numba")
+#: A loop, what all of its calls share, strides and counts.
+Plan: TypeAlias = "tuple[Loop, list[Any], Any, Any]"
 #: Poses to reach that are worth another thread: about a millisecond of work.
 GRAIN = 32
 
@@ -56,8 +53,8 @@ class SearchOptions:
     Attributes
     ----------
     limits : array (n, 2)
-    restarts : array (m, n)
-        Where the next attempts begin, after the first.
+    restarts, poses : array (m, n), (m, 7)
+        Where the next attempts begin, after the first; and the tool's poses there, `Goal` of chain_records.py.
     numbers : array (3,)
         `Search` of codegen/algorithms/chain_records.py: tolerance, length, reach.
     counts : integer array (2,)
@@ -66,6 +63,7 @@ class SearchOptions:
 
     limits: Array
     restarts: Array
+    poses: Array
     numbers: Array
     counts: NDArray[np.int64]
 
@@ -86,25 +84,15 @@ def _loop(algebra: str, room: int, name: str, target: str, instance: Instance | 
     ------
     CompilerMissingError
         If there is neither.
+    DeviceError
+        If the target is "cuda" and there is no GPU.
     """
-    from ...codegen.build.extension import load, required_compiler
-    from ...codegen.execute.items import CLoop, NumbaLoop
     from ...codegen.programs.chains import chain_extension, chain_function
 
-    has_numba = find_spec("numba") is not None
-    if target == "c":
-        try:
-            required_compiler("" if has_numba else "chains are compiled at their first use")
-            extension, tag = chain_extension(algebra, room, name, instance)
-            return CLoop(load(extension), tag)
-        except CompilerMissingError as error:
-            if not has_numba:
-                raise
-            _log.warning("%s of chains runs by numba: %s.", name, error.what)
-    from ...codegen.programs.algorithms import algorithm_numba
-
-    function = chain_function(algebra, room, name)
-    return NumbaLoop(f"chain_{algebra}_{room}_{name}", algorithm_numba(function), function)
+    return compiled_loop(
+        f"chain_{algebra}_{room}_{name}", f"{name} of chains", "chains are compiled at their first use", target,
+        lambda: chain_extension(algebra, room, name, instance), lambda: chain_function(algebra, room, name),
+    )  # fmt: skip
 
 
 class Driver:
@@ -115,27 +103,30 @@ class Driver:
     algebra : str
     parameters : ChainParameters
     target : str
-        Of `TARGETS`.
+        Of `algorithm_loops.TARGETS`.
     instance : Instance, optional
         Of the C text, for tests. Default: the one that this processor runs best.
+    movers : integer array (n,), optional
+        Coordinate that moves each joint, where some share one.
     """
 
     def __init__(
-        self, algebra: str, parameters: ChainParameters, target: str = "c", instance: Instance | None = None
-    ) -> None:
+        self, algebra: str, parameters: ChainParameters, target: str = "c", instance: Instance | None = None,
+        movers: NDArray[np.int64] | None = None,
+    ) -> None:  # fmt: skip
         from ...codegen.programs.chains import class_of
 
-        self.count = len(parameters.joints)
+        self.count, self._movers = len(parameters.joints), movers
         self._key = (algebra, class_of(self.count), target, instance)
         self._joints, self._links, self._tool, self._base = (
             np.ascontiguousarray(a, np.float64)
             for a in (parameters.joints, parameters.links, parameters.tool, parameters.base)
         )
-        self._plans: dict[tuple[Any, ...], tuple[Loop, list[Any], Any, Any]] = {}
+        self._plans: dict[tuple[Any, ...], Plan] = {}
 
     def _plan(
         self, key: tuple[Any, ...], shared: Sequence[Array], strides: Sequence[int], counts: Sequence[int]
-    ) -> tuple[Loop, list[Any], Any, Any]:
+    ) -> Plan:
         """A loop, and what is the same in all of its calls: what items share, their strides, rows of open arrays."""
         algebra, room, target, instance = self._key
         loop = _loop(algebra, room, key[0], target, instance)
@@ -145,17 +136,19 @@ class Driver:
 
     def forward(self, x: Array, every: bool, threads: int | None) -> Array:
         """Motors (items, 8), or of every link (items, n, 8)."""
+        x = self._of_joints(x)
         n, rows = self.count, self.count if every else 1
         plan = self._plans.get(("forward", every)) or self._plan(
             ("forward", every), (self._joints, self._links if every else self._tool, self._base),
             (0, 0, 0, n, 8 * rows), (n, rows, 0, n, rows),
         )  # fmt: skip
         x, motors = np.ascontiguousarray(x), np.empty((len(x), n, 8) if every else (len(x), 8))
-        parallel.split(_bound(plan, x, motors), len(x), threads)
+        _run(plan, (x, motors), len(x), threads)
         return motors
 
     def jacobian(self, x: Array, frame: JacobianFrame, points: Array, threads: int | None) -> Array:
         """Matrices (items, 6, n); points (items, 3), or one (3,)."""
+        x = self._of_joints(x)
         n = self.count
         plan = self._plans.get(("jacobian", frame, points.ndim)) or self._plan(
             ("jacobian", frame, points.ndim), (self._joints, self._tool, self._base, np.array([frame], np.int64)),
@@ -163,11 +156,21 @@ class Driver:
         )  # fmt: skip
         x, points = np.ascontiguousarray(x), np.ascontiguousarray(points)
         matrices = np.empty((len(x), 6, n))
-        parallel.split(_bound(plan, points, x, matrices), len(x), threads)
-        return matrices
+        _run(plan, (points, x, matrices), len(x), threads)
+        if self._movers is None:
+            return matrices
+        shared = np.zeros((*matrices.shape[:-1], int(self._movers.max()) + 1))
+        for j, mover in enumerate(self._movers.tolist()):
+            shared[..., mover] += matrices[..., j]
+        return shared
+
+    def _of_joints(self, x: Array) -> Array:
+        """Numbers of joints (..., n) from those of coordinates."""
+        return x if self._movers is None else x[..., self._movers]
 
     def twists(self, x: Array, speeds: Array, pushes: Array, every: bool, threads: int | None) -> tuple[Array, Array]:
         """Twists and their rates (items, 6), or of every link (items, n, 6)."""
+        x, speeds, pushes = map(self._of_joints, (x, speeds, pushes))
         n, rows = self.count, self.count if every else 1
         plan = self._plans.get(("twists", every)) or self._plan(
             ("twists", every), (self._joints, self._base),
@@ -176,7 +179,7 @@ class Driver:
         shape = (len(x), n, 6) if every else (len(x), 6)
         results = np.empty(shape), np.empty(shape)
         given = [np.ascontiguousarray(values) for values in (x, speeds, pushes)]
-        parallel.split(_bound(plan, *given, *results), len(x), threads)
+        _run(plan, (*given, *results), len(x), threads)
         return results
 
     def blank_results(self, items: int) -> dict[str, Array]:
@@ -195,15 +198,25 @@ class Driver:
         n, restarts = self.count, options.restarts.size
         plan = self._plans.get(("inverse", restarts)) or self._plan(
             ("inverse", restarts), (self._joints, self._tool, self._base),
-            (0, 0, 0, 0, 0, 0, 0, 0, 8, n, n, 1, 1, 1, 1, 1), (n, 0, 0, n, restarts, 0, 0, 0, 0, n, n, 0, 0, 0, 0, 0),
+            (0, 0, 0, 0, 0, 0, 0, 0, 0, 8, n, n, 1, 1, 1, 1, 1),
+            (n, 0, 0, n, restarts, restarts // n, 0, 0, 0, 0, n, n, 0, 0, 0, 0, 0),
         )  # fmt: skip
-        search = (options.limits, options.restarts, options.numbers, options.counts[:1], options.counts[1:])
+        counts = options.counts[:1], options.counts[1:]
+        search = options.limits, options.restarts, options.poses, options.numbers, *counts
         given = np.ascontiguousarray(motors, np.float64), np.ascontiguousarray(starts)
         bound = _bound(plan, *search, *given, *results.values())
-        parallel.run(bound, len(motors), threads, progress=progress, grain=GRAIN)
+        if plan[0].runs_whole:
+            bound(0, len(motors))
+        else:
+            parallel.run(bound, len(motors), threads, progress=progress, grain=GRAIN)
 
 
-def _bound(plan: tuple[Loop, list[Any], Any, Any], *arrays: Array) -> Run:
+def _run(plan: Plan, arrays: Sequence[Array], n: int, threads: int | None) -> None:
+    """Run a loop over n items."""
+    parallel.split(_bound(plan, *arrays), n, 1 if plan[0].runs_whole else threads)
+
+
+def _bound(plan: Plan, *arrays: Array) -> Run:
     """A loop with the arrays of a call."""
     loop, shared, strides, counts = plan
     hold = loop.hold

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...codegen.errors import InputError
 from ...codegen.interrupts import keep_partial
 from ...common.executors import Task, fill_parts
 from ...common.progress import ProgressOption, open_progress
 from ...common.validation import as_bool, as_int, broadcast_shapes, positive_float
 from ...core.multivector import Multivector
-from ...dispatch.formulas import raise_first
+from ...dispatch.formulas import evaluate, raise_first
 from ...dispatch.multivector_data import Statuses
 from ...status import Status
 from .data import SerialChainData
@@ -44,7 +45,8 @@ class Solution:
     status : array (...) of codes, or Status
         OK; NOT_UNIQUE: reached at a singular pose, where others reach it too, or q is known to half the digits;
         UNREACHABLE: proved to be beyond reach, see `Chain.inverse`; NOT_CONVERGED: not found, by attempts that came to
-        rest or ran out of iterations, and more may find it; INVALID: target or start is not finite.
+        rest or ran out of iterations, and more may find it; INVALID: target or start is not finite, or the
+        target R is not unit (the scalar part of R ~R differs from 1 by 1e-5 or more).
     angle, distance : array (...)
         Rotation and distance by which the tool misses the target.
     steps : array (...)
@@ -75,6 +77,11 @@ def inverse(
     executor: Executor | None,
 ) -> Solution:
     """See `Chain.inverse`."""
+    if chain.movers is not None:
+        raise InputError(
+            "joints of this chain share coordinates, which the search for poses does not do.",
+            remedy="Take solve_pose of the robot's mechanism, or load the file with mimic='free'",
+        )
     goals = chain.as_motors(targets, "the targets")
     begin = _default_start(chain) if start is None else chain.coordinates(start, "start")
     lead = broadcast_shapes({"targets": goals.shape, "starts": begin.shape[:-1]})
@@ -153,8 +160,9 @@ def _search_options(
     options = chain.searches.get(key)
     if options is None:
         reach = chain.reach * (1 + REACH_MARGIN) + key[0] * chain.length
+        restarts = _restarts(chain, key[2] - 1)
         options = chain.searches[key] = SearchOptions(
-            chain.limits.copy(), _restarts(chain, key[2] - 1), np.array([key[0], chain.length, reach]),
+            chain.limits.copy(), restarts, _poses(chain, restarts), np.array([key[0], chain.length, reach]),
             np.array([key[1], nearest], np.int64),
         )  # fmt: skip
     return options
@@ -168,7 +176,9 @@ def _start_ranges(chain: SerialChainData) -> tuple[Array, Array]:
     bound = RANGE * unit
     low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - 2 * bound, -bound))
     high = np.where(np.isfinite(upper), upper, np.where(np.isfinite(lower), lower + 2 * bound, bound))
-    return low, high
+    wide = (rotations > 0) & (high - low > 2 * bound)  # more than a turn: that around zero has all poses
+    middle = np.clip(0.0, low + bound, np.maximum(high - bound, low + bound))
+    return np.where(wide, middle - bound, low), np.where(wide, middle + bound, high)
 
 
 def _default_start(chain: SerialChainData) -> Array:
@@ -176,6 +186,15 @@ def _default_start(chain: SerialChainData) -> Array:
     low, high = _start_ranges(chain)
     start: Array = np.where((chain.limits[:, 0] <= 0) & (chain.limits[:, 1] >= 0), 0.0, (low + high) / 2)
     return start
+
+
+def _poses(chain: SerialChainData, x: Array) -> Array:
+    """Poses (m, 7) of the tool at coordinates (m, n): rotor, and position relative to the first joint."""
+    if not len(x):
+        return np.empty((0, 7))
+    motors = chain.forward(x)
+    rotor = evaluate(chain.algebra, "motions.motor_parts", motors).values[0].as_kind("rotor", check=False)
+    return np.column_stack([rotor.values, chain.algebra.matrix(motors)[:, :3, 3] - chain.parameters.base])
 
 
 def _restarts(chain: SerialChainData, count: int) -> Array:

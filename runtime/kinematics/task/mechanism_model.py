@@ -12,7 +12,7 @@ from ...codegen.errors import InputError
 from ...mechanics.screws import screw_coordinates
 from ...status import Status
 from ..mechanism.mechanism import Mechanism
-from ..mechanism.poses import Poses
+from ..mechanism.poses.batch import Poses
 from .robot_model import SINGULAR, PoseBatch, condition_numbers, pseudo_inverse
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from ...status import Status
 from ..mechanism.jacobian import Analysis
 from ..mechanism.mechanism import Mechanism
 from ..plotting.glyphs import mechanism_sketch
-from ..urdf.robot import unused_name
+from ..robots.description import unused_name
 from .mechanism_model import MechanismModel
 from .robot_model import SINGULAR, ChainModel, DeltaModel, PoseBatch
 
@@ -138,7 +138,20 @@ def _structure(
         own = "" if mark.name == joint.label else f"{mark.name}, "
         texts.append(f"{own}{mark.kind}, {joint.a} to {joint.b}, {where}")
     _add_list(lines, "joints", texts)
+    _add_list(lines, "coupled joints", [_coupling_words(row) for row in m.couplings])
+    if m.couplings:
+        data["couplings"] = [
+            [{"joint": name, "freedom": k, "coefficient": c} for (name, k), c in row.items()] for row in m.couplings
+        ]
     data |= {"bodies": list(m.bodies), "fixed": m.fixed, "joints": rows}
+
+
+def _coupling_words(row: dict[tuple[str, int], float]) -> str:
+    """Text of a linear relation of speeds."""
+    (first, own), *others = row.items()
+    names = {key: key[0] if key[1] == 0 else f"{key[0]}[{key[1]}]" for key in row}
+    terms = [f"{-c / own:.{DIGITS}g} {names[key]}" for key, c in others]
+    return f"{names[first]} = {' + '.join(terms) or '0'}, in speeds"
 
 
 def _mobility(data: dict[str, Any], lines: list[tuple[str, str]], m: Mechanism, tool: str) -> None:

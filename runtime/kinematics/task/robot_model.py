@@ -20,8 +20,8 @@ from ..mechanism.mechanism import Mechanism
 if TYPE_CHECKING:
     from ...core.multivector import Multivector
     from ..delta.robot import DeltaRobot
+    from ..robots.robot import Robot
     from ..serial.chain import Chain
-    from ..urdf.robot import Robot
 
 Array = NDArray[Any]
 #: Singular values below this fraction of the largest are zero.

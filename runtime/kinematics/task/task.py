@@ -76,7 +76,7 @@ class ViewOptions:
 @renamed_keywords(stand="pose_query", way="tool_path")
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """A mechanism file, or a URDF file, with its tasks.
+    """A mechanism file, or a robot's, with its tasks.
 
     Attributes
     ----------
@@ -138,8 +138,7 @@ class Setup:
             raise SingularError(f"no pose has {request}: {code}{self._unreached_arms()}.", where=self.name)
         return poses
 
-    #: The older name of `solve_pose`.
-    found = solve_pose
+    found = renamed_attribute("solve_pose")
 
     def _unreached_arms(self) -> str:
         """Text of the arms of a Delta robot that do not reach the position."""
@@ -360,7 +359,7 @@ def _sample(task: _WorkspaceTask, positions: Array) -> dict[str, Array]:
 
 
 def _sample_serially(task: _WorkspaceTask, positions: Array) -> dict[str, Array]:
-    """The same on a worker, of which there are others."""
+    """`_sample` on one thread, for workers, of which there are several."""
     results: dict[str, Array] = {}
     parallel.run(lambda a, b: results.update(_sample(task, positions[a:b])), len(positions), threads=1)
     return results

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.errors import InputError
+from ...core.geometry.euclidean import perpendicular
 
 Array = NDArray[Any]
 #: Degree of the spline through points, if there are enough points.
@@ -69,7 +70,7 @@ class ToolPath:
         away = np.asarray(home, float) - center
         away = away - normal * (normal @ away)
         if np.linalg.norm(away) <= ON_AXIS * max(self.numbers["radius"], float(np.abs(home).max())):
-            away = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+            away = perpendicular(normal)
         one = away / np.linalg.norm(away)
         two, radius, full = np.cross(normal, one), self.numbers["radius"], 2 * np.pi * self.numbers["turns"]
         cosine, sine = np.cos(full * s)[:, None], np.sin(full * s)[:, None]

@@ -1,82 +1,79 @@
-"""Joints and inertias of checked URDF texts; their numbers are read by yourdfpy."""
+"""Joints and inertias of checked URDF texts."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from io import BytesIO
 from typing import Any
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.errors import MissingExtraError
+from ..robots.description import Description, Follower, LinkInertia, RobotJoint, with_leaders
+from ..robots.frames import rotation_of_rpy
 from .parser import Text
 
 Array = NDArray[Any]
-#: Types of joints with one coordinate.
-MOVING = ("revolute", "continuous", "prismatic")
 
 
-@dataclass(frozen=True)
-class UrdfJoint:
-    """A joint of a file.
-
-    Attributes
-    ----------
-    name, type, parent, child : str
-    origin : array (4, 4)
-        Pose of the child's frame in the parent's, at zero.
-    axis : array (3,)
-        A unit vector in the child's frame; the normal of a planar joint.
-    limits : array (2,)
-        Least and greatest coordinate; infinite by default.
-    """
-
-    name: str
-    type: str
-    parent: str
-    child: str
-    origin: Array
-    axis: Array
-    limits: Array
+def description_of(text: Text) -> Description:
+    """The robot of a checked text."""
+    links = {x.get("name", ""): x.find("inertial") for x in text.root.findall("link")}
+    elements = {str(x.get("name")): x for x in text.root.findall("joint")}
+    joints = {name: joint_of(x, text) for name, x in elements.items()}
+    joints = with_leaders(joints, lambda joint, what, remedy: text.error(elements[joint.name], what, remedy))
+    inertias = {name: inertia_of(x) for name, x in links.items() if x is not None}
+    return Description(str(text.root.get("name")), text.path, tuple(links), joints, inertias)
 
 
-@dataclass(frozen=True)
-class UrdfInertia:
-    """Mass, and the tensor (3, 3) about the center of mass along the axes of ``origin`` (4, 4) in the link's frame."""
-
-    mass: float
-    tensor: Array
-    origin: Array
-
-
-def parse_robot(text: Text) -> Any:
-    """The robot of a checked text, as parsed by yourdfpy."""
-    try:
-        from yourdfpy import URDF  # type: ignore[import-untyped, unused-ignore]
-    except ImportError:
-        raise MissingExtraError("urdf", "Loading a URDF") from None
-    data = BytesIO(ElementTree.tostring(text.root, "utf-8"))
-    return URDF.load(data, build_scene_graph=False, load_meshes=False).robot
-
-
-def joint_of(joint: Any, text: Text, element: Any) -> UrdfJoint:
-    limit = joint.limit
-    lower, upper = (None, None) if limit is None or joint.type == "continuous" else (limit.lower, limit.upper)
+def joint_of(element: Element, text: Text) -> RobotJoint:
+    """A joint of a checked text."""
+    kind, limit = str(element.get("type")), element.find("limit")
+    lower, upper = (
+        None if limit is None or kind == "continuous" or limit.get(name) is None else float(limit.get(name, ""))
+        for name in ("lower", "upper")
+    )
     if lower is not None and upper is not None and lower > upper:
         raise text.error(element, f"the limits are {lower:g} and {upper:g}: least, then greatest, in")
-    axis = np.asarray(joint.axis, float)
+    axis = _vector(element.find("axis"), "xyz", "1 0 0")
     size = float(np.linalg.norm(axis))
-    if not size > 0 and joint.type in (*MOVING, "planar"):
+    if not size > 0 and kind not in ("fixed", "floating"):
         raise text.error(element, "the axis has no length in")
-    origin = np.eye(4) if joint.origin is None else np.asarray(joint.origin, float)
-    return UrdfJoint(
-        joint.name, joint.type, joint.parent, joint.child, origin, axis / size if size > 0 else axis,
-        np.array([-np.inf if lower is None else lower, np.inf if upper is None else upper]),
+    parent, child = (_part(element, tag).get("link", "") for tag in ("parent", "child"))
+    mimic = element.find("mimic")
+    follows = None
+    if mimic is not None:
+        numbers = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
+        follows = Follower(mimic.get("joint", ""), *numbers)
+    return RobotJoint(
+        element.get("name", ""), kind, parent, child, _origin(element), axis / size if size > 0 else axis,
+        np.array([-np.inf if lower is None else lower, np.inf if upper is None else upper]), follows=follows,
     )  # fmt: skip
 
 
-def inertia_of(inertial: Any) -> UrdfInertia:
-    origin = np.eye(4) if inertial.origin is None else np.asarray(inertial.origin, float)
-    return UrdfInertia(float(inertial.mass), np.asarray(inertial.inertia, float), origin)
+def inertia_of(element: Element) -> LinkInertia:
+    """An inertia of a checked text."""
+    moments = _part(element, "inertia")
+    xx, yy, zz, xy, xz, yz = (float(moments.get(f"i{name}", "0")) for name in ("xx", "yy", "zz", "xy", "xz", "yz"))
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return LinkInertia(float(_part(element, "mass").get("value", "")), tensor, _origin(element))
+
+
+def _part(element: Element, tag: str) -> Element:
+    part = element.find(tag)
+    assert part is not None  # the text is checked
+    return part
+
+
+def _vector(element: Element | None, name: str, default: str) -> Array:
+    return np.array([float(x) for x in (default if element is None else element.get(name, default)).split()])
+
+
+def _origin(element: Element) -> Array:
+    """Pose (4, 4) of an ``<origin>``: rotation by roll, pitch, yaw about the fixed x, y, z, then translation."""
+    origin, rotation, translation = element.find("origin"), np.eye(4), np.eye(4)
+    if origin is None:
+        return rotation
+    rotation[:3, :3] = rotation_of_rpy(_vector(origin, "rpy", "0 0 0"))
+    translation[:3, 3] = _vector(origin, "xyz", "0 0 0")
+    transform: Array = np.dot(translation, rotation)
+    return transform

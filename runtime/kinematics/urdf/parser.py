@@ -1,25 +1,21 @@
-"""Checker of URDF texts: XML without document types, checked tag by tag and reduced to links and joints.
+"""Checker of URDF texts: checked tag by tag and reduced to links and joints.
 
-Nothing is fetched, and nothing is expanded: a text that declares entities is refused. Visuals, contacts, motors and
-simulator tags are left out; an unknown tag that could change the motion of the robot is an error.
+Visuals, contacts, motors and simulator tags are left out; an unknown tag that could change the motion of the robot is
+an error.
 """
 
 from __future__ import annotations
 
-import os
+import warnings
 from collections import Counter
 from collections.abc import Iterable
-from math import isfinite
-from xml.etree import ElementTree
-from xml.parsers import expat
 
 from ...codegen.errors import InputError, suggest
-from ...common.files import as_path
+from ..robots.xml_text import Element, XmlText
 
-Element = ElementTree.Element
-#: Length of a robot's text at most.
-MOST_BYTES = 64 << 20
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+#: What may become of joints that follow others.
+MIMIC = ("follow", "free", "error")
 #: Tags of a robot that are unrelated to links and joints.
 BESIDES = (
     "material", "transmission", "gazebo", "sensor", "ros2_control", "plugin", "link_state", "joint_state", "camera",
@@ -40,27 +36,40 @@ ATTRIBUTES = {
     "mass": (("value",), ()),
     "inertia": (("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz")),
 }
+#: Tags whose other attributes do not place anything: they are left out, with a warning.
+HARMLESS = ("limit",)
 _WORDS = ("link", "joint")
 _VECTORS = ("xyz", "rpy")
 
 
-class Text:
+class Text(XmlText):
     """A robot's text, read and checked.
+
+    Parameters
+    ----------
+    path, data
+        As of `XmlText`.
+    mimic : str
+        Of `MIMIC`.
+    ignore : iterable of str
+        Unknown tags and attributes that may be left out.
+    strict : bool
+        Whether harmless unknown attributes are refused too.
 
     Attributes
     ----------
-    path : str
-        For messages.
     root : Element
         Links and joints with their known tags only.
     """
 
-    def __init__(self, path: str, data: bytes, mimic: str, ignore: Iterable[str] = ()) -> None:
-        self.path = path
-        self._mimic, self._ignored = mimic, {*BESIDES, *ignore}
-        self._beside_joint = {*BESIDE_JOINT, *ignore}
-        self._lines: dict[Element, int] = {}
-        document = self._parse(data)
+    def __init__(
+        self, path: str, data: bytes, mimic: str, ignore: Iterable[str] = (), strict: bool = False, stacklevel: int = 3
+    ) -> None:
+        super().__init__(path, data)
+        self._mimic, self._strict, self._named = mimic, strict, {*ignore}
+        self._ignored, self._beside_joint = {*BESIDES, *self._named}, {*BESIDE_JOINT, *self._named}
+        self._unknown_attributes: dict[str, int] = {}
+        document = self.document
         if document.tag != "robot":
             raise self.error(document, "this is not a URDF: its root", "A URDF has <robot> around everything")
         self.root = Element("robot", {"name": document.get("name", "robot")})
@@ -74,51 +83,23 @@ class Text:
         self._unique("link")
         self._unique("joint")
         self._ends()
-
-    def error(self, at: Element, what: str, remedy: str | None = None) -> InputError:
-        """An error in an element: file, line and tag."""
-        name = f" name={at.get('name')!r}" if at.get("name") is not None else ""
-        return InputError(f"{what} <{at.tag}{name}>", where=f"{self.path}:{self._lines.get(at, 1)}", remedy=remedy)
-
-    def line(self, at: Element) -> int:
-        """Line of an element."""
-        return self._lines.get(at, 1)
-
-    # -- XML -------------------------------------------------------------------------------------------------
-
-    def _parse(self, data: bytes) -> Element:
-        parser, builder = expat.ParserCreate(), ElementTree.TreeBuilder()
-
-        def doctype(*_: object) -> None:
-            raise InputError(
-                "a document type is declared; entities are neither expanded nor fetched.",
-                where=f"{self.path}:{parser.CurrentLineNumber}",
-                remedy="Remove the <!DOCTYPE>, and write out what it defines",
+        if self._unknown_attributes:
+            found = ", ".join(f"{name} (line {line})" for name, line in self._unknown_attributes.items())
+            warnings.warn(
+                f"{path}: attributes that are not known are left out: {found}; ignore={[*self._unknown_attributes]} "
+                "says that they may be, strict=True refuses them.",
+                stacklevel=stacklevel,
             )
-
-        def start(tag: str, attributes: dict[str, str]) -> None:
-            self._lines[builder.start(tag, attributes)] = parser.CurrentLineNumber
-
-        parser.StartDoctypeDeclHandler = doctype
-        parser.StartElementHandler = start
-        parser.EndElementHandler = builder.end
-        try:
-            parser.Parse(data, True)
-        except expat.ExpatError as error:
-            raise InputError(
-                f"this is not XML: {expat.ErrorString(error.code)}.", where=f"{self.path}:{error.lineno}"
-            ) from None
-        return builder.close()
 
     # -- elements --------------------------------------------------------------------------------------------
 
     def _link(self, element: Element) -> Element:
-        copy = self._copy(element, {"name": self._name(element)})
-        inertial = self._only(element, "inertial")
+        copy = self.copy(element, {"name": self.name(element)})
+        inertial = self.only(element, "inertial")
         if inertial is not None:
-            mass = self._copy(inertial, {})
+            mass = self.copy(inertial, {})
             for tag in ("origin", "mass", "inertia"):
-                part = self._only(inertial, tag)
+                part = self.only(inertial, tag)
                 if part is not None:
                     mass.append(self._numbers(part))
                 elif tag != "origin":
@@ -134,60 +115,49 @@ class Text:
                 f"{kind!r} is not a type of joint{suggest(kind, JOINT_TYPES)} in",
                 f"One of: {', '.join(JOINT_TYPES)}",
             )
-        copy = self._copy(element, {"name": self._name(element), "type": kind})
+        copy = self.copy(element, {"name": self.name(element), "type": kind})
         for child in element:
             if child.tag not in OF_JOINT and child.tag not in self._beside_joint:
                 raise self._unknown(child, OF_JOINT)
         for tag in OF_JOINT:
-            part = self._only(element, tag)
+            part = self.only(element, tag)
             if part is None and tag in ("parent", "child"):
                 raise self.error(element, f"there is no <{tag} link=...> in")
-            if tag == "mimic" and part is not None and self._mimic == "error":
-                raise self.error(
-                    element, "joints that follow others (<mimic>) are not computed; one is",
-                    "Load it with mimic='free' to have it as a joint of its own",
-                )  # fmt: skip
-            if part is not None and tag != "mimic":
-                copy.append(self._numbers(part))
+            if part is None or (tag == "mimic" and not self._follows(element, kind)):
+                continue
+            copy.append(self._numbers(part))
         return copy
 
-    def _copy(self, element: Element, attributes: dict[str, str]) -> Element:
-        copy = Element(element.tag, attributes)
-        self._lines[copy] = self.line(element)
-        return copy
-
-    def _name(self, element: Element) -> str:
-        name = element.get("name", "")
-        if not name.strip():
-            raise self.error(element, "there is no name in")
-        return name
-
-    def _only(self, element: Element, tag: str) -> Element | None:
-        found = element.findall(tag)
-        if len(found) > 1:
-            raise self.error(found[1], f"there is a second <{tag}> in {_tag_text(element)}:")
-        return found[0] if found else None
+    def _follows(self, joint: Element, kind: str) -> bool:
+        """Whether a <mimic> counts: one of a fixed joint says nothing."""
+        if self._mimic == "error":
+            raise self.error(
+                joint, "joints that follow others (<mimic>) are refused with mimic='error'; one is",
+                "Load it with mimic='follow', or 'free' to have it as a joint of its own",
+            )  # fmt: skip
+        if kind in ("floating", "planar"):
+            raise self.error(joint, f"a {kind} joint has no single coordinate that could follow another's; one is")
+        return self._mimic == "follow" and kind != "fixed"
 
     def _numbers(self, element: Element) -> Element:
         needed, more = ATTRIBUTES[element.tag]
         for name in needed:
             if name not in element.attrib:
                 raise self.error(element, f"there is no {name!r} in")
+        kept = {}
         for name, value in element.attrib.items():
-            if name not in needed and name not in more:
-                raise self.error(element, f"{name}={value!r} is not known{suggest(name, (*needed, *more))} in")
-            if name not in _WORDS:
-                self._check(element, name, value, 3 if name in _VECTORS else 1)
-        return self._copy(element, dict(element.attrib))
-
-    def _check(self, element: Element, name: str, value: str, count: int) -> None:
-        try:
-            found = [float(x) for x in value.split()]
-        except ValueError:
-            found = []
-        if len(found) != count or not all(isfinite(x) for x in found):
-            needed = "a finite number is" if count == 1 else f"{count} finite numbers are"
-            raise self.error(element, f"{name}={value!r}, where {needed} needed, in")
+            if name in needed or name in more:
+                kept[name] = value
+                if name not in _WORDS:
+                    self.numbers(element, f"{name}={value!r}", value, 3 if name in _VECTORS else 1)
+            elif name not in self._named:
+                if self._strict or element.tag not in HARMLESS:
+                    raise self.error(
+                        element, f"{name}={value!r} is not known{suggest(name, (*needed, *more))} in",
+                        f"Remove it, or load the file with ignore=[{name!r}]",
+                    )  # fmt: skip
+                self._unknown_attributes.setdefault(name, self.line(element))
+        return self.copy(element, kept)
 
     def _unknown(self, element: Element, known_tags: tuple[str, ...]) -> InputError:
         if element.tag.startswith("xacro:"):
@@ -210,7 +180,10 @@ class Text:
                 raise self.error(x, "a name is taken already:")
             seen.add(x.get("name"))
         if tag == "link" and not elements:
-            raise InputError("there are no links.", where=self.path)
+            raise InputError(
+                "there are no links.", where=self.path,
+                remedy="A part that other files include is no robot: load the one that includes it, expanded by xacro",
+            )  # fmt: skip
 
     def _ends(self) -> None:
         """Check that the joints connect all links in one tree."""
@@ -244,24 +217,3 @@ class Text:
                 path[name] = None
                 name = above[name][0]
             reached.update(path)
-
-
-def _tag_text(element: Element) -> str:
-    return f"<{element.tag} name={element.get('name')!r}>" if element.get("name") else f"<{element.tag}>"
-
-
-def bytes_of(path: str | os.PathLike[str]) -> bytes:
-    """The file's content.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is too long.
-    """
-    file = as_path(path, "a URDF is loaded from")
-    try:
-        if file.stat().st_size > MOST_BYTES:
-            raise InputError(f"the file has more than {MOST_BYTES >> 20} MiB.", where=str(path))
-        return file.read_bytes()
-    except OSError as error:
-        raise InputError(f"the file cannot be read: {error.strerror}.", where=str(path)) from None

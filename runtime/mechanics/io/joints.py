@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from ...common.documents import Table
+from ...core.geometry.euclidean import perpendicular
 from ..joints import bilinear, standard
 from ..joints.base import Joint
 from .fields import Direction, Name, Place, present_keys
@@ -23,7 +24,7 @@ Array = NDArray[Any]
 KINDS: dict[str, Callable[..., Joint]] = {
     "spherical": standard.Spherical, "revolute": standard.Revolute, "cylindrical": standard.Cylindrical,
     "prismatic": standard.Prismatic, "planar": standard.Planar, "universal": bilinear.Universal,
-    "rigid": standard.Rigid, "bilinear": bilinear.Bilinear,
+    "screw": standard.Screw, "rigid": standard.Rigid, "bilinear": bilinear.Bilinear,
 }  # fmt: skip
 
 
@@ -37,7 +38,7 @@ class JointTable(Table):
 
     @model_validator(mode="after")
     def _check_one_form(self) -> JointTable:
-        own = [key for key in type(self).model_fields if key not in (*JointTable.model_fields, "kind", "product")]
+        own = [key for key in type(self).model_fields if key not in (*JointTable.model_fields, "kind", *self.options())]
         own, required = present_keys(self, *own), self.required_keys()
         if self.objects is not None and own:
             raise ValueError(f"objects and {' and '.join(own)} are alternatives; give one of them")
@@ -52,6 +53,10 @@ class JointTable(Table):
     def required_keys(self) -> tuple[str, ...]:
         """Keys that are required without objects."""
         return tuple(key for key in ("point", "axis", "normal", "axis_a", "axis_b") if key in type(self).model_fields)
+
+    def options(self) -> dict[str, Any]:
+        """Further arguments of the joint's class, by their names, which are those of keys."""
+        return {}
 
     def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
         """Arguments of the joint's class, after the bodies, from the table's positions and directions.
@@ -102,6 +107,16 @@ class CylindricalTable(AxisTable):
     kind: Literal["cylindrical"]
 
 
+class ScrewTable(AxisTable):
+    """Rotation about an axis that translates along it, by a pitch for each radian; or a line."""
+
+    kind: Literal["screw"]
+    pitch: float
+
+    def options(self) -> dict[str, Any]:
+        return {"pitch": self.pitch}
+
+
 class PrismaticTable(AxisTable):
     """Translation along an axis; or two objects."""
 
@@ -112,8 +127,7 @@ class PrismaticTable(AxisTable):
 
     def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
         axis = np.array(self.axis, float)
-        across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-        return (*super().objects_at(point, algebra), algebra.direction(across, strict=True))
+        return (*super().objects_at(point, algebra), algebra.direction(perpendicular(axis), strict=True))
 
 
 class PlanarTable(JointTable):
@@ -162,12 +176,15 @@ class BilinearTable(JointTable):
     kind: Literal["bilinear"]
     product: Literal["outer", "inner", "meet", "anticommutator"] = "outer"
 
+    def options(self) -> dict[str, Any]:
+        return {"product": self.product}
+
     def required_keys(self) -> tuple[str, ...]:
         return ("objects",)
 
 
 AnyJoint = Annotated[
-    SphericalTable | RevoluteTable | CylindricalTable | PrismaticTable | PlanarTable | UniversalTable | RigidTable
-    | BilinearTable,
+    SphericalTable | RevoluteTable | CylindricalTable | ScrewTable | PrismaticTable | PlanarTable | UniversalTable
+    | RigidTable | BilinearTable,
     Field(discriminator="kind"),
 ]  # fmt: skip

@@ -87,15 +87,14 @@ class MechanicsReader(Generic[FileTable]):
             self.one_of(getattr(table, key), bodies, (*path, key), "a body")
         if table.a == table.b:
             raise self.document.error((*path, "b"), f"is {table.b!r}, the same as a")
-        ends, kind = (table.a, table.b), KINDS[table.kind]
+        ends, kind, options = (table.a, table.b), KINDS[table.kind], table.options()
         if table.objects is None:
             if table.kind == "universal" and self.algebra.is_degenerate:
                 what = f"is universal, which {self.algebra.name} does not have; use cga3d"
                 raise self.document.error(path, what)
             point = np.zeros(3) if table.point is None else self.position(table.point, (*path, "point"))
-            return self.document.build(path, lambda: kind(*ends, *table.objects_at(point, self.algebra)))
+            return self.document.build(path, lambda: kind(*ends, *table.objects_at(point, self.algebra), **options))
         objects = [self.object(x, (*path, "objects", i)) for i, x in enumerate(table.objects)]
-        options = {"product": table.product} if table.kind == "bilinear" else {}
         try:
             return self.document.build(path, partial(kind, *ends, *objects, **options))
         except TypeError:

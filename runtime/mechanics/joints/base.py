@@ -60,6 +60,11 @@ class Joint:
     #: Number of translations among these degrees of freedom; None: not checked.
     sliding: ClassVar[int | None] = None
     remedy: str = ""
+    #: Of a rotation that translates along its axis: the advance for a radian, right-handed. Objects do not say it: they
+    #: leave both motions, of which the joint has one.
+    pitch: float | None = None
+    #: Whether the joint is its free motions one after the other: of translations, then of rotations.
+    is_sequence: ClassVar[bool] = False
 
     def axes(self, objects: list[Multivector]) -> Array | None:
         """Directions (n, 3) of the coordinates of n joints of this type, from the objects (n,) of their conditions."""
@@ -68,6 +73,10 @@ class Joint:
     def conditions(self) -> list[Condition]:
         """Bilinear conditions of the joint."""
         raise NotImplementedError
+
+    def rotations(self) -> tuple[Array, Array] | None:
+        """A point and axes (n, 3) of rotations, in the order in which they come, where free twists do not say it."""
+        return None
 
     @property
     def label(self) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...codegen.errors import BladesmithError, InputError, ShapeError, suggest
 from ...common.validation import finite_array
@@ -15,6 +16,7 @@ from ..arguments import multivector_of
 from .base import Condition, Joint, check_kind, check_named, check_one_algebra
 from .local_relations import relations
 
+Array = NDArray[Any]
 #: Products of `Bilinear` by name.
 PRODUCTS: dict[str, Callable[[Multivector, Multivector], Multivector]] = {
     "outer": lambda x, y: x ^ y,
@@ -37,6 +39,7 @@ class Universal(Joint):
     circle_a: Multivector
     circle_b: Multivector
     mobility = 2
+    is_sequence = True
 
     def __post_init__(self) -> None:
         given = {"the first circle": self.circle_a, "the second circle": self.circle_b}
@@ -55,6 +58,10 @@ class Universal(Joint):
         cosine = float(circles[0].normal @ circles[1].normal)
         if abs(cosine) > 1e-9:
             raise InputError(f"{self.label}: the circles' planes are not at right angles; the cosine is {cosine:.3g}.")
+
+    def rotations(self) -> tuple[Array, Array] | None:
+        circles = [x.parameters() for x in (self.circle_a, self.circle_b)]
+        return circles[0].center, np.stack([circle.normal for circle in circles])
 
     def conditions(self) -> list[Condition]:
         algebra = self.circle_a.algebra

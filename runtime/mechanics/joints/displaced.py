@@ -64,6 +64,10 @@ class DisplacedJoint(Joint):
     def remedy(self) -> str:  # type: ignore[override]
         return self.joint.remedy
 
+    @property
+    def pitch(self) -> float | None:  # type: ignore[override]
+        return self.joint.pitch
+
     def axes(self, objects: list[Multivector]) -> Array | None:
         return self.joint.axes(objects)
 

@@ -178,6 +178,8 @@ def _local_constraints(
         for i, k in enumerate(members.tolist()):
             _check_mobility(joints[k], 6 - rank, int(translational[i].sum()))
             rows[k], free[k], slides[k] = forbidden[i], twists[i], translational[i]
+            if (pitch := joints[k].pitch) is not None:
+                rows[k], free[k], slides[k] = _along_screw(forbidden[i], twists[i], pitch / float(units[k]))
     return _LocalBatch(positions, units, rows, free, slides)
 
 
@@ -206,12 +208,21 @@ def _ranks(sizes: Array, distances: Array) -> Array:
     return np.asarray((sizes > np.minimum(noise, 0.1) * sizes[:, :1]).sum(-1))
 
 
+def _along_screw(rows: Array, twists: Array, pitch: float) -> tuple[Array, Array, Array]:
+    """Rows, free twist (6, 1) and whether it is a translation, of a rotation and a translation that go together."""
+    free = twists @ np.array([[1.0], [pitch]])
+    within = twists - free @ (np.linalg.pinv(free) @ twists)  # of the two motions, what the screw has not
+    extra = np.linalg.svd(within)[0][:, :1]
+    return np.vstack([rows, extra.T]), free, np.zeros(1, bool)
+
+
 def _check_mobility(joint: Joint, mobility: int, translations: int) -> None:
-    """Check that a joint has the mobility of its type."""
+    """Check that the geometry of a joint has the mobility of its type."""
     remedy = joint.remedy or "Give geometry that is not degenerate"
-    if joint.mobility >= 0 and mobility != joint.mobility:
+    expected = joint.mobility + (joint.pitch is not None)
+    if joint.mobility >= 0 and mobility != expected:
         raise InputError(
-            f"{joint.label}: its geometry leaves a mobility of {mobility}, not of {joint.mobility}.", remedy=remedy
+            f"{joint.label}: its geometry leaves a mobility of {mobility}, not of {expected}.", remedy=remedy
         )
     if joint.sliding not in (None, translations):
         raise InputError(f"{joint.label}: its geometry allows a rotation, not a translation.", remedy=remedy)

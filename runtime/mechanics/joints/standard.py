@@ -1,4 +1,4 @@
-"""Joints by the objects that bodies share: spherical, cylindrical, planar, revolute, prismatic, rigid (thesis 7.5)."""
+"""Joints by the objects that bodies share: spherical, cylindrical, screw, planar, revolute, prismatic, rigid (7.5)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.errors import InputError
 from ...common.deprecation import renamed_attribute, renamed_keywords
-from ...common.validation import finite_array
+from ...common.validation import as_float, finite_array
 from ...core.multivector import Algebra, Multivector
 from ..screws import geometry
 from .base import Condition, Joint, check_kind, check_named, check_one_algebra, direction_of
@@ -46,6 +46,7 @@ class _SharedObject(Joint):
     geometry: Multivector
     other: Multivector | None = field(default=None, kw_only=True)
     kinds: ClassVar[tuple[str, ...]]
+    is_sequence = True
 
     def __post_init__(self) -> None:
         what = f"the {self.kinds[0]}"
@@ -79,6 +80,29 @@ class Cylindrical(_SharedObject):
     mobility = 2
 
 
+@dataclass(frozen=True, eq=False)
+class Screw(Cylindrical):
+    """Rotation about a shared line, and translation along it by a pitch for each radian. Mobility 1.
+
+    Parameters
+    ----------
+    a, b : str
+    geometry : Multivector
+        A line, or the twist of one, in the world, where the bodies are at the start.
+    pitch : float
+        Advance along the line for one radian, right-handed; a nut with a lead of 2 mm has 0.002/(2 pi).
+    other : Multivector, optional
+        The same line as the second body has it.
+    """
+
+    pitch: float = field(kw_only=True)
+    mobility = 1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "pitch", as_float(self.pitch, f"{self.label}: its pitch"))
+
+
 class Planar(_SharedObject):
     """Translation in a shared plane and rotation about its normal (7.5.3). Mobility 3."""
 
@@ -109,6 +133,7 @@ class Revolute(Joint):
     other: Multivector | None = field(default=None, kw_only=True)
     other_point: Multivector | None = field(default=None, kw_only=True)
     mobility = 1
+    is_sequence = True
 
     def __post_init__(self) -> None:
         kinds = ("circle", "point_pair") if self.point is None else ("line", "twist")
@@ -150,6 +175,7 @@ class Prismatic(Joint):
     second: Multivector
     mobility = 1
     sliding = 1
+    is_sequence = True
     remedy = (
         "Give two distinct parallel lines, a line and a plane along it, a line and another direction, or two planes "
         "that are not parallel"
@@ -190,6 +216,7 @@ class Rigid(Joint):
     position: ArrayLike = (0.0, 0.0, 0.0)
     algebra: Algebra | None = None
     mobility = 0
+    is_sequence = True
     place = renamed_attribute("position")
 
     def __post_init__(self) -> None:

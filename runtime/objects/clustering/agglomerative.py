@@ -17,12 +17,12 @@ from ...codegen.interrupts import keep_partial
 from ...common import parallel
 from ...common.deprecation import renamed_attribute
 from ...common.progress import ProgressOption, open_progress
-from ...common.validation import as_bool, as_float, broadcast_to, finite_array, positive_array
+from ...common.validation import as_bool, as_choice, as_float, broadcast_to, finite_array, positive_array
 from ...core.multivector import Multivector
 from ...dispatch.formulas import evaluate, raise_first
 from ..arguments import as_objects, concatenate_objects
 from ..rotors.local_origin import Frame
-from .agglomerative_driver import Greedy
+from .agglomerative_driver import TARGETS, Greedy
 
 Array = NDArray[Any]
 #: Weights differ at most by this factor: means of point pairs and circles have fourth powers of them.
@@ -77,6 +77,7 @@ def merge_similar(
     origin: ArrayLike | None = None,
     strict: bool = False,
     threads: int | None = None,
+    target: str = "c",
 ) -> MergeResult:
     """Merge objects near each other: of all pairs the one of least cost is replaced by its mean, again and again.
 
@@ -101,10 +102,13 @@ def merge_similar(
         origin. Default: the mean of the objects' positions (of flats the points next to the world's origin).
         `cost_matrix` measures from (0, 0, 0).
     strict : bool
-        Raise for an item that is no object, instead of leaving it alone.
+        Raise for an item that is not a valid object, instead of leaving it alone.
     threads : int, optional
         For the first search; merging itself is one thread. Default: the package's (`bladesmith.set_threads`). The
         result is the same for any number.
+    target : {"c", "cuda"}
+        What makes the first search: "cuda" is a GPU, an object in each thread, with the same result. Merging itself is
+        compiled C.
 
     Returns
     -------
@@ -120,6 +124,8 @@ def merge_similar(
         another, or X is not made of objects.
     SingularError
         With ``strict``.
+    DeviceError, MissingExtraError
+        If the target is "cuda", and there is no GPU or no compiler for it.
     Interrupted
         On an interrupt; its ``partial`` holds the objects that were merged until then (of the grade at work).
 
@@ -144,9 +150,10 @@ def merge_similar(
         as_bool(align, "align"),
         as_bool(strict, "strict"),
     )
+    as_choice(target, "target", TARGETS)
     entries = [as_objects(x, f"the objects: entry {i}") for i, x in enumerate(X)] if _is_list(X) else None
     if entries and len({x.grades for x in entries}) > 1:
-        return _by_grade(entries, limit, weights, align, progress, origin, strict, threads)
+        return _by_grade(entries, limit, weights, align, progress, origin, strict, threads, target)
     x = concatenate_objects(entries) if entries else as_objects(X)
     if x.algebra.name != ALGEBRA:
         raise InputError(f"the objects belong to {x.algebra.name}; merging is for those of {ALGEBRA}.")
@@ -157,7 +164,7 @@ def merge_similar(
     counted = counted / counted.max(initial=np.finfo(float).smallest_subnormal)
     frame = _frame(flat, origin)
     parallel.thread_count(threads)  # checked before any work
-    greedy = Greedy(x.kind.name, frame.to_local(flat)._data, counted, limit, align)
+    greedy = Greedy(x.kind.name, frame.to_local(flat)._data, counted, limit, align, target)
     with (
         open_progress(progress, "merge", "merges") as report,
         keep_partial(lambda: _result(x, flat, frame, greedy)),
@@ -224,13 +231,13 @@ def _by_grade(
     if weights is not None and (not _is_list(weights) or len(weights) != len(entries)):
         raise InputError(f"weights for {len(entries)} batches of several grades are a list of {len(entries)} arrays.")
     found, groups = [], [np.zeros(x.shape, np.int64) for x in entries]
-    origin, strict, threads = rest
+    origin, strict, threads, target = rest
     for grades in dict.fromkeys(x.grades for x in entries):
         own = [i for i, x in enumerate(entries) if x.grades == grades]
         parts = [_weights(None if weights is None else weights[i], entries[i].shape).ravel() for i in own]
         merged = merge_similar(
             concatenate_objects([entries[i] for i in own]), threshold, np.concatenate(parts), align, progress,
-            origin=origin, strict=strict, threads=threads,
+            origin=origin, strict=strict, threads=threads, target=target,
         )  # fmt: skip
         ends = np.cumsum([entries[i].size for i in own])
         for i, part in zip(own, np.split(merged.groups, ends[:-1]), strict=True):

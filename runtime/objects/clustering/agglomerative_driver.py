@@ -25,11 +25,13 @@ from ...codegen.algorithms.merging_layout import (
     VERSION,
 )  # fmt: skip
 from ...common import parallel
-from ...dispatch.stock_algorithms import stock_algorithm
+from ...dispatch.stock_algorithms import stock_algorithm, stock_algorithm_on_gpu
 
 Array = NDArray[Any]
 #: Kinds without rounds.
 FLATS = ("point", "line", "plane")
+#: What looks for neighbours; merging itself is one thread of the processor.
+TARGETS = ("c", "cuda")
 #: Objects whose neighbours one thread looks up at a time, and merges between two looks at an interrupt.
 CHUNK = 512
 
@@ -55,11 +57,15 @@ class Greedy:
         The greatest cost of a pair that is merged.
     align : bool
         Whether X and -X are one.
+    target : str
+        Of `TARGETS`.
     """
 
-    def __init__(self, kind: str, rows: Array, weights: Array, threshold: float, align: bool) -> None:
+    def __init__(
+        self, kind: str, rows: Array, weights: Array, threshold: float, align: bool, target: str = "c"
+    ) -> None:
         n = len(rows)
-        self._kind = kind
+        self._kind, self._target = kind, target
         self.rows = np.array(rows, np.float64)
         alive = np.isfinite(self.rows).all(-1)
         live = int(alive.sum())
@@ -88,13 +94,26 @@ class Greedy:
     def find(self, threads: int | None = None) -> None:
         """Look up each object's nearest other one, over threads, and queue the pairs."""
         found: list[int] = []
+        count = int(self._counts[BUILT])
 
         def part(begin: int, end: int) -> None:
             found.append(self._run("find", begin=begin, end=end))
 
-        parallel.run(part, int(self._counts[BUILT]), threads, chunk=CHUNK)
+        if self._target == "cuda":
+            found.append(self._find_on_gpu(np.arange(count)))
+        else:
+            parallel.run(part, count, threads, chunk=CHUNK)
         self._counts[EVALUATIONS] += sum(found)
         self._run("queue")
+
+    def _find_on_gpu(self, places: NDArray[np.int64]) -> int:
+        """Look up the nearest one of each, in a thread of its own; costs that were computed."""
+        if not len(places):
+            return 0
+        function = stock_algorithm_on_gpu("merge", "find", self._kind, ("slots", "costs"))
+        bound = function.over(len(places), {"begin": places, "end": places + 1}, self._state)
+        bound.run(0, len(places))
+        return int(bound.returned[0].sum())
 
     def step(self, max_merges: int = CHUNK) -> int:
         """Merge the cheapest pair, up to ``max_merges`` times; fewer if no pair within the threshold is left."""

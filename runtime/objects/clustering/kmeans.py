@@ -69,14 +69,14 @@ class Clusters:
         return iter((self.labels, self.centroids))
 
 
-@renamed_keywords(kind="cost")
+@renamed_keywords(kind="cost", max_iterations="iterations")
 def kmeans(
     X: Any,
     k: int,
     seed: int = 0,
     init: str = "k-means++",
     weights: Any = None,
-    max_iterations: int = MAX_ITERATIONS,
+    iterations: int = MAX_ITERATIONS,
     tolerance: float = TOLERANCE,
     cost: str = "positive",
     align: bool = True,
@@ -100,8 +100,8 @@ def kmeans(
         "k-means++": spread out, the best of a few draws each time. "random": k of the objects, as printed.
     weights : array (n,), optional
         How much each object counts; not negative, not all zero.
-    max_iterations : int
-        The status is `NOT_CONVERGED` where they ran out.
+    iterations : int
+        At most so many; the status is `NOT_CONVERGED` where they ran out.
     tolerance : float
         Stop when the cost falls by less than this part of itself. 0: only when no centroid moves.
     cost : str
@@ -144,24 +144,24 @@ def kmeans(
     frame = local_origin.frame(rows, shared=True) if is_far(rows, rows) else None
     rows = rows if frame is None else frame.to_local(rows)
     cost, init = as_choice(cost, "cost", tuple(COSTS)), as_choice(init, "init", STARTS)
-    most = as_int(max_iterations, "max_iterations")
+    most = as_int(iterations, "iterations")
     counted, unit = _weights(weights, objects.shape)
     run = Clustering(rows, as_int(k, "k"), counted, cost, as_bool(align, "align"), threads)
     tolerance = as_float(tolerance, "tolerance", 0, below=1)
     random = np.random.default_rng(as_int(seed, "seed", 0))
 
-    def result(labels: Labels, centroids: Multivector, total: float, iterations: int, converged: bool) -> Clusters:
+    def result(labels: Labels, centroids: Multivector, total: float, steps: int, converged: bool) -> Clusters:
         centroids = centroids if frame is None else frame.to_world(centroids)
-        return Clusters(labels.reshape(objects.shape), centroids, total * unit, iterations, converged)
+        return Clusters(labels.reshape(objects.shape), centroids, total * unit, steps, converged)
 
     with open_progress(progress, "kmeans", "iterations", most) as report, np.errstate(over="ignore"):  # infinite costs
         first = run.spread_start(random) if init == STARTS[0] else run.random_start(random)
-        steps = run.iterations(first, most, tolerance)
-        latest = next(steps)
+        states = run.iterations(first, most, tolerance)
+        latest = next(states)
         with keep_partial(lambda: result(*latest)):
-            for step in steps:
-                latest = step
-                report(step[3])
+            for state in states:
+                latest = state
+                report(state[3])
     return result(*latest)
 
 

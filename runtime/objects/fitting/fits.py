@@ -185,7 +185,7 @@ def fit_sphere(points: Any, weights: Any = None, rms: bool = False, strict: bool
         xyz, weight = sets.local[solid], sets.weight[solid]
         start = algebraic_sphere(algebra, xyz, weight, np.broadcast_to(np.eye(5), (len(solid), 5, 5)))
         unknowns[solid], cost[solid], converged[solid] = refine(SphereModel(algebra), start, xyz, weight)
-    if (flat & ~straight).any():  # the sphere about a circle's centre, if there is a circle
+    if (flat & ~straight).any():  # the sphere about a circle's center, if there is a circle
         circles, circle_cost, found = _circle(sets, axes, flat & ~straight)
         round_ = flat & ~straight & found & (np.sqrt(circle_cost) <= sets.floor)
         unknowns[round_], cost[round_], converged[round_] = circles[round_, :5], circle_cost[round_], True

@@ -117,7 +117,7 @@ def interpolate(
     -----
     Circles on a common sphere stay on it (Theorem 4), point pairs on theirs (Theorem 2). Lines take the axis of the
     screw that the sum is; the normals of planes and the duals' offsets interpolate linearly; two outward spheres take
-    their centre at the fraction (alpha/r1)/(alpha/r1 + (1 - alpha)/r2), and concentric circles meet half way at the
+    their center at the fraction (alpha/r1)/(alpha/r1 + (1 - alpha)/r2), and concentric circles meet half way at the
     geometric mean of their radii.
 
     Examples

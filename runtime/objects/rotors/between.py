@@ -60,7 +60,7 @@ def rotor_between(X: Any, Y: Any, strict: bool = False) -> Multivector:
           tangent from outside, Y = -X; or such a sphere and a plane) go to -Y, the same sphere. Everything else
           is singular where the eigenvalues of K touch zero or the negative axis: Y = -X, opposite lines and planes
           (coincident or apart), point pairs and coaxial circles of opposite orientation, a circle and its own axis.
-          There X is turned by half a turn first, about an axis through its centre and perpendicular to its own
+          There X is turned by half a turn first, about an axis through its center and perpendicular to its own
           (of flats: through their point nearest the origin, far away a local one); or by a quarter turn, if -X is
           as singular. R X ~R is Y.
         - `SINGULAR` have none, and NaN; with finite unit objects no such pair is known.
@@ -223,7 +223,7 @@ def _compose_correction(a: Multivector, b: Multivector) -> Multivector:
 def _prerotate(a: Multivector, b: Multivector) -> Multivector:
     """Rotors from objects that are first rotated by half a turn or, if that is as singular, by a quarter.
 
-    The half turn, about an axis perpendicular to that of a and through its centre, leads to -a; from there is a rotor
+    The half turn, about an axis perpendicular to that of a and through its center, leads to -a; from there is a rotor
     to b unless every object near is as singular (a circle and its own axis). The quarter takes the axis of a into its
     plane.
     """
@@ -239,7 +239,7 @@ def _prerotate(a: Multivector, b: Multivector) -> Multivector:
 
 
 def _placement(x: Multivector) -> tuple[Multivector, Multivector, ArrayOperand]:
-    """Centres, axes and 1/radii of objects, as operands."""
+    """Centers, axes and 1/radii of objects, as operands."""
     center, axis, curvature = evaluate(x.algebra, "placement.center_axis_curvature", _as_round(x)).values
     return center, axis, ArrayOperand(curvature._data[..., 0], 0, "curvature")
 

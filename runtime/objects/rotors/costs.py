@@ -13,7 +13,8 @@ from ...common.deprecation import renamed_keywords
 from ...common.dtypes import common_precision
 from ...common.validation import as_bool, as_choice
 from ...core.multivector import Multivector
-from ...dispatch.formulas import evaluate
+from ...dispatch.formulas import array_result, evaluate
+from ...dispatch.multivector_data import Statuses
 from ...status import Status
 from ..arguments import as_objects, same_sort
 from .pairwise import pair_values
@@ -26,8 +27,18 @@ ROUNDS = {"point_pair", "circle", "sphere"}
 CAREFUL_BLOCK = 65536
 
 
+@overload
+def rotor_cost(
+    R: Multivector, cost: str = ..., *, status: Literal[False] = ..., strict: bool = ...
+) -> NDArray[Any]: ...  # fmt: skip
+@overload
+def rotor_cost(
+    R: Multivector, cost: str = ..., *, status: Literal[True], strict: bool = ...
+) -> tuple[NDArray[Any], Statuses]: ...  # fmt: skip
 @renamed_keywords(kind="cost")
-def rotor_cost(R: Multivector, cost: str = "positive") -> NDArray[Any]:
+def rotor_cost(
+    R: Multivector, cost: str = "positive", *, status: bool = False, strict: bool = False
+) -> NDArray[Any] | tuple[NDArray[Any], Statuses]:
     """Distance of rotors from the identity.
 
     Parameters
@@ -38,6 +49,10 @@ def rotor_cost(R: Multivector, cost: str = "positive") -> NDArray[Any]:
     cost : str
         "positive": the sum of the squared coefficients of R - 1 and of R . e_+ on the orthonormal basis. "thesis":
         <(R - 1)(~R - 1)>_0 + <R_par ~R_par>_0 with R_par = R . e_+, which dilations make negative.
+    status : bool
+        Return (cost, status): `INVALID` where R is not finite, or what R's own status says.
+    strict : bool
+        Raise for the first rotor without a cost.
 
     Returns
     -------
@@ -49,6 +64,8 @@ def rotor_cost(R: Multivector, cost: str = "positive") -> NDArray[Any]:
     ------
     InputError, GradeError
         If R is not a multivector of conformal geometry, or not even; if the cost is unknown.
+    SingularError
+        With ``strict``.
 
     Notes
     -----
@@ -61,17 +78,20 @@ def rotor_cost(R: Multivector, cost: str = "positive") -> NDArray[Any]:
         )
     if any(g % 2 for g in R.grades):
         raise GradeError(f"R is a {R.kind.name} of grades {R.grades}; rotors have even grades only.")
-    return np.asarray(evaluate(R.algebra, f"costs.rotor_cost{ending}", R).value._data[..., 0])[()]
+    costs = np.asarray(evaluate(R.algebra, f"costs.rotor_cost{ending}", R).value._data[..., 0])[()]
+    return array_result(costs, R._status, "rotor_cost", status, strict)
 
 
 @overload
 def cost_matrix(
     X: Any, Y: Any, cost: str = ..., align: bool = ..., threads: int | None = ..., status: Literal[False] = ...,
+    strict: bool = ...,
 ) -> NDArray[Any]: ...  # fmt: skip
 @overload
 def cost_matrix(
     X: Any, Y: Any, cost: str = ..., align: bool = ..., threads: int | None = ..., *, status: Literal[True],
-) -> tuple[NDArray[Any], NDArray[np.uint8]]: ...  # fmt: skip
+    strict: bool = ...,
+) -> tuple[NDArray[Any], Statuses]: ...  # fmt: skip
 @renamed_keywords(kind="cost")
 def cost_matrix(
     X: Any,
@@ -80,7 +100,8 @@ def cost_matrix(
     align: bool = False,
     threads: int | None = None,
     status: bool = False,
-) -> NDArray[Any] | tuple[NDArray[Any], NDArray[np.uint8]]:
+    strict: bool = False,
+) -> NDArray[Any] | tuple[NDArray[Any], Statuses]:
     """Cost of the rotor from each of n objects to each of m.
 
     Parameters
@@ -96,6 +117,8 @@ def cost_matrix(
         Default: the package's (`bladesmith.set_threads`). The result does not depend on it.
     status : bool
         Return the statuses too.
+    strict : bool
+        Raise for the first pair without a rotor.
 
     Returns
     -------
@@ -111,20 +134,24 @@ def cost_matrix(
     ------
     InputError, GradeError, AlgebraMismatchError
         If they are no objects, or not of one grade.
+    SingularError
+        With ``strict``.
 
     Notes
     -----
     One compiled loop. Pairs for which it would lose digits (nearly opposite objects; rounds some hundred radii from
     the origin) are done again by `rotor_between`, at a hundred times the price: the origin belongs among the objects.
     """
-    ending, align, status = _ending(cost), as_bool(align, "align"), as_bool(status, "status")
+    ending, align = _ending(cost), as_bool(align, "align")
+    with_codes = as_bool(status, "status") or as_bool(strict, "strict")
     x, y = as_objects(X, "the first objects"), as_objects(Y, "the second objects")
     same_sort(x, y)
     rows, columns = x.reshape(-1), y.reshape(-1)
     costs = pair_values(f"costs.{'aligned' if align else 'pair'}_cost{ending}", rows, columns, threads)
-    code = _complete(costs, rows, columns, cost, align, status)
+    codes = _complete(costs, rows, columns, cost, align, with_codes)
     shape = x.shape + y.shape
-    return (costs.reshape(shape)[()], code.reshape(shape)[()]) if code is not None else costs.reshape(shape)[()]
+    known = None if codes is None else codes.reshape(shape)
+    return array_result(costs.reshape(shape)[()], known, "cost_matrix", status, strict)
 
 
 def _ending(cost: str) -> str:
@@ -202,6 +229,6 @@ def cost_via_rotors(
         turned = evaluate(x.algebra, "costs.agreement", x, y).value._data < 0
         y = y._make(y._type, np.where(turned, -y._data, y._data), y.shape, y._status)
     there, back = rotor_between(x, y), rotor_between(y, x)
-    costs = np.stack([rotor_cost(R, cost) for R in (there, back)])
+    costs: NDArray[Any] = np.stack([rotor_cost(R, cost) for R in (there, back)])
     code = np.zeros(x.shape, np.uint8) if there._status is None else there._status
     return np.where(np.isnan(costs), np.inf, costs).min(0), code

@@ -55,7 +55,7 @@ def factorise(x: Multivector, tolerance: float | None = None, strict: bool = Fal
     tolerance : float, optional
         See `is_blade`.
     strict : bool
-        Raise `SingularError` for the first item that is no blade.
+        Raise `SingularError` for the first item that is not a blade.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def join(X: Multivector, Y: Multivector, tolerance: float | None = None, strict:
         above one are scaled down to one first: far from the origin, distances count relative to that from it.
         Default: 4096 rounding units, 9e-13.
     strict : bool
-        Raise `SingularError` for the first item that is no blade.
+        Raise `SingularError` for the first item that is not a blade.
 
     Returns
     -------

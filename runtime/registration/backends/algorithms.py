@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ...codegen.build.extension import load
 from ...codegen.build.toolchain import REMEDY_OF_PROGRAMS, compiler, missing_compiler, required_compiler
-from ...codegen.execute.in_place import DTYPES, Entry, InPlace, Kept, read_entries
-from ...codegen.execute.items import CLoop, CompiledLoop, Loop
+from ...codegen.execute.in_place import Entry, InPlace, Kept, read_entries
+from ...codegen.execute.items import STORED, CLoop, CompiledLoop, Loop
 from ...codegen.programs import Program
 from ...codegen.programs.registration.program import reform_numba, reform_texts
 from ...codegen.programs.registration.registration import KINDS, set_name
@@ -73,7 +73,7 @@ class Algorithms:
             entry = self._entries[f"{name}_{self._kinds}"]
             ready = self._ready.setdefault(name, InPlace(entry, self._loop_of(entry)))
         if not n:
-            return [np.empty(0, DTYPES[type]) for type in ready.entry.results]
+            return [np.empty(0, STORED[type]) for type in ready.entry.results]
         bound = ready.over(n, each, shared)
         if threads == 1:
             bound.run(0, n)
@@ -100,7 +100,7 @@ def c_algorithms(kinds: tuple[str, ...]) -> Algorithms:
             _log.warning("registration runs by numba: %s.", missing_compiler().what)
             return numba_algorithms(kinds)
         known = kinds
-        module = _compiled(kinds)
+        module = _load_program(kinds)
 
     def loop_of(entry: Entry) -> Loop:
         return CLoop(module, "f64", f"bs_{entry.name}")
@@ -108,7 +108,7 @@ def c_algorithms(kinds: tuple[str, ...]) -> Algorithms:
     return Algorithms(set_name(known), entries_of(known), loop_of, module.ffi.from_buffer)
 
 
-def _compiled(kinds: tuple[str, ...]) -> Any:
+def _load_program(kinds: tuple[str, ...]) -> Any:
     return load(program_of(kinds).extension())
 
 
@@ -126,7 +126,7 @@ def program_of(kinds: tuple[str, ...]) -> Program:
 
 @cache
 def entries_of(kinds: tuple[str, ...]) -> Mapping[str, Entry]:
-    """What callers of the algorithms of these kinds know."""
+    """Names and sizes that callers of the algorithms of these kinds need."""
     return read_entries(program_of(kinds).files[ENTRIES])
 
 

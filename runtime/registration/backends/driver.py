@@ -1,4 +1,4 @@
-"""What a registration computes of objects without a scene: elements, frames, distances, invariants."""
+"""Computations on objects without a scene: elements, frames, distances, invariants."""
 
 from __future__ import annotations
 

@@ -103,6 +103,24 @@ class Scene:
         self._run("rates", len(query), MATCHES, each, shared, ("found",))
         return each["found"]
 
+    def residual_rates(self, motor: Array, vectors: Array, directed: int, residuals: Array) -> Array:
+        """Sum of squares of residuals (n, 6, 7), which are linear forms of vectors (n, 6), its gradient (6) and its
+        Gauss-Newton matrix (21) by the twist, (n, 28).
+        """
+        each = {"vectors": reals(vectors), "residuals": reals(residuals), "found": np.empty((len(vectors), RATES))}
+        shared = {"motor": reals(motor), "directed": directed}
+        self._run("residual_rates", len(vectors), MATCHES, each, shared, ("found",))
+        return each["found"]
+
+    def match_segments(self, rows: Array, motor: Array, ends: Array, others: Array) -> tuple[Array, Array]:
+        """Row of the counterpart of each of some query segments by its ends or -1, and the mean square by which these
+        are off. ``ends`` and ``others`` (n, 6) are those of all segments of the query and of the reference.
+        """
+        each, shared = {"row": integers(rows)}, {"motor": reals(motor), "kind": KINDS.index("segment")}
+        shared |= {"ends": reals(ends), "reference_ends": reals(others)}
+        indices, squares = self._run("match_segments", len(rows), MOVES // 4, each, shared)
+        return indices.astype(np.int32), squares
+
     def direct(
         self, motor: Array, pairs: tuple[Array, Array, Array, Array, Array], rounds: int, tolerance: float
     ) -> tuple[Array, Array, int]:

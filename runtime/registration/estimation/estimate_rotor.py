@@ -86,7 +86,7 @@ class Estimate:
 
     @property
     def converged(self) -> bool:
-        """Whether the status is OK."""
+        """True if the status is OK."""
         return self.status == Status.OK
 
     @property
@@ -188,6 +188,9 @@ def estimate_rotor(
 
     Notes
     -----
+    Weights and covariances do not count here, and segments are the lines through their ends: `register` and `iterate`
+    refine by them.
+
     Thesis 5.3. Algorithm 1 moves each object half of its displacement by the square root of its rotor, with the
     corrections of docs/decisions: it stops when a loop changes the motor, up to sign, by less than 1e-13. Rounds are
     represented by their carriers (center and axis), since the rotor between rounds is not a motor, and the motor next

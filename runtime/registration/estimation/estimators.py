@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.errors import InputError
-from ...codegen.programs.registration.registration import DIRECTED, KINDS
+from ...codegen.programs.registration.registration import DIRECTED, KINDS, matched_as
 from ...core.multivector import Algebra, Multivector
 from ...dispatch.formulas import evaluate
 from ..backends.driver import Driver
@@ -125,7 +125,8 @@ class ModelPair:
             if not len(rows_of_kind):
                 continue
             transformed = self.motors(motors)[:, None] >> self.query.objects[kind][pairs.query[rows_of_kind]][None]
-            rows = np.asarray(transformed.as_kind(kind, check=False)._data).reshape(-1, transformed._data.shape[-1])
+            data = np.asarray(transformed.as_kind(matched_as(kind), check=False)._data)
+            rows = data.reshape(-1, data.shape[-1])
             elements = self.driver.elements(kind, rows).reshape(len(motors), len(rows_of_kind), -1)
             others = self.reference.data.elements[kind][pairs.reference[rows_of_kind]]
             signs = pairs.signs[rows_of_kind] if align is None else None

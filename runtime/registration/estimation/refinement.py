@@ -1,9 +1,9 @@
-"""Refinement of a pose: the motor of least positive cost over given matches, and its covariance."""
+"""Refinement of a pose: the motor of least cost over given matches, and its covariance."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -87,7 +87,11 @@ class RefinedPose:
 
 def rates(scene: Scene, motor: Array, matches: Matches) -> Rates:
     """Costs and derivatives of all matches; zeros for a match without a rotor."""
-    parts = [scene.rates(kind, motor, *pairs) for kind, pairs in matches.items()]
+    return rates_of([scene.rates(kind, motor, *pairs) for kind, pairs in matches.items()])
+
+
+def rates_of(parts: list[Array]) -> Rates:
+    """Rates of rows (n, 28) of several kinds; zeros for rows that are not finite."""
     values = parts[0] if len(parts) == 1 else np.concatenate([np.empty((0, RATES)), *parts])
     finite = np.isfinite(values)
     if not finite.all():
@@ -126,8 +130,13 @@ def full(halves: Array) -> Array:
 
 
 def refine_pose(scene: Scene, driver: Driver, motor: Array, matches: Matches, steps: int = MAX_STEPS) -> RefinedPose:
-    """Gauss-Newton on the positive cost, which is a sum of squares; a step that makes it worse is halved."""
-    derivatives = rates(scene, motor, matches)
+    """The motor of least positive cost over matches, near another one."""
+    return descend(lambda motor: rates(scene, motor, matches), driver, motor, steps)
+
+
+def descend(rates_at: Callable[[Array], Rates], driver: Driver, motor: Array, steps: int = MAX_STEPS) -> RefinedPose:
+    """Gauss-Newton on a cost that is a sum of squares, or nearly; a step that makes it worse is halved."""
+    derivatives = rates_at(motor)
     n_steps, size, modes = 0, math.inf, None
     while n_steps < steps:
         n_steps += 1
@@ -136,7 +145,7 @@ def refine_pose(scene: Scene, driver: Driver, motor: Array, matches: Matches, st
         cost = derivatives.costs.sum()
         for _ in range(MAX_HALVINGS):
             trial = driver.step(motor, step)
-            trial_derivatives = rates(scene, trial, matches)
+            trial_derivatives = rates_at(trial)
             if trial_derivatives.costs.sum() <= cost * (1 + COST_SLACK) + COST_SLACK * COST_SLACK:
                 break
             step = step / 2

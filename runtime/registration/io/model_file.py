@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
-from functools import partial
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -17,7 +16,8 @@ from pydantic import create_model
 from ...codegen.errors import InputError
 from ...common.documents import JsonDocument, Positive, Table, Vector3, read_document
 from ...common.files import as_path, write_file
-from ..model.parameters import FIELDS, PLURALS, Rows, columns
+from ..model.parameters import FIELDS, PLURALS, SHAPES, SIZES, Rows, columns
+from ..model.uncertainty import Uncertainty
 
 FORMAT, VERSION = "bladesmith-model", 1
 T = TypeVar("T")
@@ -29,6 +29,7 @@ def _table(kind: str) -> type[Table]:
     """Schema of the objects of a kind."""
     types = {1: float, 3: Vector3}
     fields: Any = {name: (Positive if name == "radius" else types[size], ...) for name, size in FIELDS[kind]}
+    fields |= {"weight": (float | None, None), "covariance": (list[list[float]] | None, None)}
     return create_model(kind, __base__=Table, **fields)
 
 
@@ -47,24 +48,32 @@ ModelTable: Any = create_model("ModelTable", __base__=_FileTable, **_lists)
 # -- writing -----------------------------------------------------------------------------------------------
 
 
-def model_text(rows: Mapping[str, Rows], texts: Mapping[str, str]) -> str:
+def model_text(rows: Mapping[str, Rows], texts: Mapping[str, str], uncertainty: Uncertainty) -> str:
     """A model as JSON: one object a line; numbers so that reading gives the same to the last bit."""
     parts = [f'"format": {json.dumps(FORMAT)}', f'"version": {VERSION}']
     parts += [f'"{key}": {json.dumps(texts[key], ensure_ascii=False)}' for key in TEXTS if texts[key]]
     for kind, rows_ in rows.items():
-        objects = ",\n".join(f"    {line}" for line in _lines(kind, rows_))
+        objects = ",\n".join(f"    {line}" for line in _lines(kind, rows_, uncertainty))
         parts.append(f'"{PLURALS[kind]}": [\n{objects}\n  ]')
     return "{\n  " + ",\n  ".join(parts) + "\n}\n"
 
 
-def _lines(kind: str, rows: Rows) -> Iterator[str]:
+def _lines(kind: str, rows: Rows, uncertainty: Uncertainty) -> Iterator[str]:
     # Python writes the shortest number that reads as the same: 17 digits at most
-    template = ", ".join(f'"{name}": {"%r" if size == 1 else "[%r, %r, %r]"}' for name, size in FIELDS[kind])
-    for row in rows.tolist():
-        yield "{" + template % tuple(row) + "}"
+    fields = [f'"{name}": {"%r" if size == 1 else "[%r, %r, %r]"}' for name, size in FIELDS[kind]]
+    columns_ = [rows.tolist()]
+    for name, values in (("weight", uncertainty.weights), ("covariance", uncertainty.covariances)):
+        if kind in values:
+            fields.append(f'"{name}": %r')
+            columns_.append([[x] for x in values[kind].tolist()])
+    template = ", ".join(fields)
+    for parts in zip(*columns_, strict=True):
+        yield "{" + template % tuple(x for part in parts for x in part) + "}"
 
 
-def save_model(path: str | os.PathLike[str], rows: Mapping[str, Rows], texts: Mapping[str, str]) -> None:
+def save_model(
+    path: str | os.PathLike[str], rows: Mapping[str, Rows], texts: Mapping[str, str], uncertainty: Uncertainty
+) -> None:
     """Write a model, whole or not at all.
 
     Raises
@@ -72,7 +81,7 @@ def save_model(path: str | os.PathLike[str], rows: Mapping[str, Rows], texts: Ma
     InputError
         If the file cannot be written.
     """
-    write_file(as_path(path, "a model is written to"), model_text(rows, texts))
+    write_file(as_path(path, "a model is written to"), model_text(rows, texts, uncertainty))
 
 
 # -- reading -----------------------------------------------------------------------------------------------
@@ -98,14 +107,38 @@ def load_model(path: str | os.PathLike[str], make_model: Callable[..., T]) -> T:
                          remedy="Read multivectors with bladesmith.load, and make a Model of them")  # fmt: skip
     document = read_document(file, ModelTable, kind=JsonDocument)
     table = document.contents
-    objects = {PLURALS[kind]: _constructor_array(kind, getattr(table, PLURALS[kind])) for kind in FIELDS}
-    return document.build((), partial(make_model, **objects, **{key: getattr(table, key) for key in TEXTS}))
+    tables = {kind: getattr(table, PLURALS[kind]) for kind in FIELDS}
+    arguments = {PLURALS[kind]: _constructor_array(kind, items) for kind, items in tables.items()}
+    arguments |= {key: getattr(table, key) for key in TEXTS}
+    return document.build((), lambda: make_model(**arguments, **_uncertainty(tables)))
+
+
+def _uncertainty(tables: Mapping[str, list[Any]]) -> dict[str, Any]:
+    """Weights and covariances, as the constructor takes them, where objects have any."""
+    found: dict[str, Any] = {}
+    if any(item.weight is not None for items in tables.values() for item in items):
+        ones = {kind: [1.0 if item.weight is None else item.weight for item in items] for kind, items in tables.items()}
+        found["weights"] = {kind: values for kind, values in ones.items() if values}
+    if any(item.covariance is not None for items in tables.values() for item in items):
+        found["covariances"] = {kind: [_matrix(kind, i, item) for i, item in enumerate(items)]
+                                for kind, items in tables.items() if items}  # fmt: skip
+    return found
+
+
+def _matrix(kind: str, i: int, item: Any) -> list[list[float]]:
+    rows: list[list[float]] | None = item.covariance
+    size = SIZES[kind]
+    if rows is None:
+        raise InputError(f"{PLURALS[kind]}[{i}] has no covariance, and others have.", remedy="Give all, or weights")
+    if [len(row) for row in rows] != [size] * size:
+        raise InputError(f"{PLURALS[kind]}[{i}].covariance is not a matrix of {size} rows of {size} numbers.")
+    return rows
 
 
 def _constructor_array(kind: str, tables: list[Any]) -> Rows:
     """The array that the constructor takes for a kind."""
     array = np.array(_rows(kind, tables), np.float64)
-    return array.reshape(-1, 2, 3) if kind in ("line", "point_pair") else array
+    return array.reshape(-1, *SHAPES[kind]) if kind in SHAPES else array
 
 
 def _rows(kind: str, tables: list[Any]) -> list[list[float]]:

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.interrupts import keep_partial
-from ...codegen.programs.registration.registration import KINDS
+from ...codegen.programs.registration.registration import KINDS, matched_as
 from ...common.progress import ProgressOption, open_progress
 from ...common.validation import as_bool, as_choice, as_int, positive_float
 from ...core.multivector import Multivector
 from ..estimation.estimate_rotor import METHODS, EstimationOptions, estimate_with_trimming
 from ..estimation.estimators import SET_SIZE, ModelPair, Pairs, motor_to_frames
+from ..estimation.objective import LOSSES, check_uncertainties
 from ..model.arguments import as_length, as_motor, model_pair
 from ..model.normalization import motors_to_world
 from ..result import Registration, Step
@@ -37,7 +38,7 @@ FINAL_ROUNDS = 10
 def iterate(
     query: Any, reference: Any, start: Multivector | None = None, *, estimate: str = "direct",
     assignment: str = "one_sided", cost: str = "distance", iterations: int = ROUNDS, threshold: float | None = None,
-    robust: bool = True, align: bool = True, length: float = 1.0, threads: int | None = None,
+    robust: bool = True, align: bool = True, length: float = 1.0, loss: str = "linear", threads: int | None = None,
     progress: ProgressOption = False,
 ) -> Registration:  # fmt: skip
     """Register a query that is near its reference: match, estimate the motor, move, until the matches stay the same.
@@ -61,6 +62,8 @@ def iterate(
         Trim matches whose distance is more than 4 times the median, if there is no threshold.
     length : float
         Length that a rotation by one radian is equivalent to, in units of the models' size.
+    loss : str
+        Loss of the final refinement; see `register`.
     threads : int, optional
         Number of threads. Default: the package's (`bladesmith.set_threads`). The result does not depend on it.
     progress : bool or callable
@@ -97,13 +100,15 @@ def iterate(
     rule = MatchingRule(
         as_choice(assignment, "assignment", ASSIGNMENTS), cost_name, as_bool(align, "align"), math.inf, threads
     )
+    loss_name = as_choice(loss, "loss", LOSSES)
+    check_uncertainties(query_model, reference_model)
     start_motor = None if start is None else as_motor(start, "start")
     rounds = as_int(iterations, "iterations")
     motor, history = motor_to_frames(start_motor, models.query, models.reference), list[Step]()
 
     def problem_at(motor: Array) -> RegistrationProblem:
         problem = RegistrationProblem(
-            query_model.objects, reference_model.objects, threads=threads, align=rule.align, length=float(length)
+            query_model, reference_model, threads=threads, align=rule.align, length=float(length), loss=loss_name
         )
         problem.history.extend(history)
         problem.best = _state_at(motor, models, problem)
@@ -153,7 +158,8 @@ def _match_and_estimate(
 
 def _match_pairs(models: ModelPair, rule: MatchingRule, motor: Array) -> tuple[Pairs, float]:
     """Nearest objects of the query moved by a motor, and the cost of all matches."""
-    moved = {k: (models.motors(motor) >> x).as_kind(k, check=False) for k, x in models.query.objects.items()}
+    here = models.motors(motor)
+    moved = {k: (here >> x).as_kind(matched_as(k), check=False) for k, x in models.query.objects.items()}
     parts: list[tuple[Array, ...]] = []
     total = 0.0
     for kind, (indices, costs, signs) in match_kinds(moved, models.reference.objects, rule).items():

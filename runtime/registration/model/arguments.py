@@ -100,7 +100,9 @@ def check_common_kind(query: Model, reference: Model) -> None:
     """
     if not set(query.counts) & set(reference.counts):
         names = (", ".join(PLURALS[k] for k in model.counts) for model in (query, reference))
-        raise InputError("the models have no kind of object in common: {} and {}.".format(*names))
+        both = {"line", "segment"} <= {*query.counts, *reference.counts}
+        raise InputError("the models have no kind of object in common: {} and {}.".format(*names),
+                         remedy="Give both as lines, or both as segments" if both else None)  # fmt: skip
 
 
 def check_same_models(result: Registration, query: Model | None = None, reference: Model | None = None) -> None:

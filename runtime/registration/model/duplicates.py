@@ -40,7 +40,7 @@ def features(rows: Rows, kind: str, center: Rows, size: float) -> Rows:
     size."""
     part = {name: rows[:, point] for name, point in columns(kind).items()}
     positions = {name: (part[name] - center) / size for name in POSITIONS if name in part}
-    if kind == "point_pair":
+    if kind in ("point_pair", "segment"):
         middle, half = (positions["a"] + positions["b"]) / 2, (positions["b"] - positions["a"]) / 2
         return np.concatenate([middle, _sign_free(half)], 1)
     direction = part.get("direction", part.get("normal"))

@@ -1,4 +1,4 @@
-"""Models for registration: sets of points, point pairs, lines, circles, planes and spheres.
+"""Models for registration: sets of points, point pairs, lines, segments, circles, planes and spheres.
 
 A model stores the parameters of its objects, which keep their digits far from the origin and in files; the objects of
 the algebra are built from them.
@@ -19,8 +19,9 @@ from ...common.deprecation import renamed_keywords
 from ...common.validation import as_float, as_text, positive_float
 from ...core.multivector import Multivector
 from .duplicates import TOLERANCE, first_occurrences
-from .parameters import KINDS, PLURALS, SIZES, Rows, build_objects, transform_rows, validated_rows
+from .parameters import KINDS, PLURALS, SIZES, Rows, build_objects, rows_in_frame, transform_rows, validated_rows
 from .similarity import similarity
+from .uncertainty import Uncertainty, validated_uncertainty
 
 Indices = NDArray[np.int64]
 
@@ -28,7 +29,7 @@ Indices = NDArray[np.int64]
 class Model:
     """An immutable set of objects of several kinds; `subset` and `transformed` return new models.
 
-    Indices of objects run over all kinds, in the order of the parameters here.
+    Indices of objects run over all kinds: points, point pairs, lines, segments, circles, planes, spheres.
 
     Parameters
     ----------
@@ -37,6 +38,16 @@ class Model:
         (n, 2, 3), the ends; lines (n, 2, 3), a point and a direction; circles (n, 7), center, normal and radius;
         planes (n, 4), normal and offset (normal . x = offset); spheres (n, 4), center and radius. Directions and
         normals may have any length but zero, lengths any unit.
+    segments : array (n, 2, 3), optional
+        Both end points of stretches of lines, in any order. Their ends may be cut: a segment matches any stretch of the
+        same line.
+    weights : array (len(self),), or mapping of kind to array (n,) or number, optional
+        How much each object counts: inverse variances, but for a common factor. Zero: it is matched, and does not
+        count. Kinds that are left out have the weight 1.
+    covariances : mapping of kind to array (n, k, k), optional
+        Covariances of the parameters of each object, or (k, k) for all, in the order of `parameters`, directions having
+        length 1, in squares of the model's unit of length; for segments and point pairs also (n, 2, 3, 3), one for
+        each end. Of all kinds; of a single kind also the array itself.
     name, unit, origin : str
         Name, unit of length and source of the model: texts for readers only.
 
@@ -44,12 +55,16 @@ class Model:
     ------
     InputError
         If an object is of another kind or algebra, not finite, not a blade, or not of unit size; if a direction
-        is zero, a radius not positive, an array of another shape or not of real numbers. The error names the item.
+        is zero, a radius not positive, an array of another shape or not of real numbers, a weight negative, or a
+        covariance not one. The error names the item. Also if lines look like segments, or segments like lines.
 
     Notes
     -----
     A model may be empty, and may contain an object twice: see `duplicates`. Spheres are outward; one that is
     given inside out is the same sphere.
+
+    Of two models that are registered, one without weights or covariances is exact beside one that has some. Models
+    without either are equally uncertain.
     """
 
     @property
@@ -66,6 +81,12 @@ class Model:
     def lines(self) -> Multivector | None:
         """Unit lines (n,), or None."""
         return self._objects.get("line")
+
+    @property
+    def segments(self) -> Rows | None:
+        """End points (n, 2, 3), or None; ``objects["segment"]`` are the lines from the first to the second."""
+        rows = self._rows.get("segment")
+        return None if rows is None else rows.reshape(-1, 2, 3)
 
     @property
     def circles(self) -> Multivector | None:
@@ -86,28 +107,31 @@ class Model:
     unit: str
     origin: str
     _rows: dict[str, Rows]
+    _uncertainty: Uncertainty
 
     def __init__(
         self, points: Any = None, point_pairs: Any = None, lines: Any = None, circles: Any = None, planes: Any = None,
-        spheres: Any = None, *, name: str = "", unit: str = "", origin: str = "",
+        spheres: Any = None, *, segments: Any = None, weights: Any = None, covariances: Any = None, name: str = "",
+        unit: str = "", origin: str = "",
     ) -> None:  # fmt: skip
-        given = (points, point_pairs, lines, circles, planes, spheres)
+        given = (points, point_pairs, lines, segments, circles, planes, spheres)
         rows = {kind: validated_rows(x, kind) for kind, x in zip(KINDS, given, strict=True) if x is not None}
         texts = {key: _text(value, key) for key, value in (("name", name), ("unit", unit), ("origin", origin))}
-        self._fill(rows, texts)
+        self._fill(rows, texts, Uncertainty())
         _ = self._objects  # raises for objects without coefficients
+        self.__dict__["_uncertainty"] = validated_uncertainty(weights, covariances, self.counts)
 
-    def _fill(self, rows: Mapping[str, Rows], texts: Mapping[str, str]) -> None:
+    def _fill(self, rows: Mapping[str, Rows], texts: Mapping[str, str], uncertainty: Uncertainty) -> None:
         self.__dict__["_rows"] = {kind: rows[kind] for kind in KINDS if kind in rows and len(rows[kind])}
-        self.__dict__.update(texts)
+        self.__dict__.update(texts, _uncertainty=uncertainty)
 
     @classmethod
-    def _of(cls, rows: Mapping[str, Rows], texts: Mapping[str, str]) -> Model:
+    def _of(cls, rows: Mapping[str, Rows], texts: Mapping[str, str], uncertainty: Uncertainty) -> Model:
         """Model of validated rows."""
         new = cls.__new__(cls)
         for part in rows.values():
             part.setflags(write=False)
-        new._fill(rows, texts)
+        new._fill(rows, texts, uncertainty)
         return new
 
     # -- what it holds -------------------------------------------------------------------------------------
@@ -118,13 +142,25 @@ class Model:
 
     @property
     def objects(self) -> dict[str, Multivector]:
-        """Unit objects (n,) by kind: point, point_pair, line, circle, plane, sphere; kinds without one are left out."""
+        """Unit objects (n,) by kind: point, point_pair, line, segment (the line through its ends), circle, plane,
+        sphere; kinds without one are left out.
+        """
         return dict(self._objects)
 
     @property
     def parameters(self) -> dict[str, Rows]:
         """Parameters by kind, rows (n, k) in the order of the constructor's arguments; directions have length 1."""
         return dict(self._rows)
+
+    @property
+    def weights(self) -> dict[str, Rows] | None:
+        """Weights (n,) by kind, or None."""
+        return dict(self._uncertainty.weights) or None
+
+    @property
+    def covariances(self) -> dict[str, Rows] | None:
+        """Covariances (n, k, k) by kind, of the rows of `parameters`, or None."""
+        return dict(self._uncertainty.covariances) or None
 
     @property
     def counts(self) -> dict[str, int]:
@@ -153,7 +189,7 @@ class Model:
     __delattr__ = __setattr__
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Model._of, (self._rows, self._texts)
+        return Model._of, (self._rows, self._texts, self._uncertainty)
 
     @property
     def _texts(self) -> dict[str, str]:
@@ -174,7 +210,8 @@ class Model:
         Parameters are moved, not coefficients, which lose digits for rounds far from the origin.
         """
         scale, rotation, translation = similarity(R)
-        return self._rebuilt({k: transform_rows(r, k, scale, rotation, translation) for k, r in self._rows.items()})
+        rows = {k: transform_rows(r, k, scale, rotation, translation) for k, r in self._rows.items()}
+        return self._with_rows(rows, self._uncertainty.transformed(scale, rotation, translation))
 
     def in_frame(self, center: Any, unit: float = 1.0) -> Model:
         """Express the model in a frame at a point with another unit of length: (x - center) / unit.
@@ -186,8 +223,8 @@ class Model:
         """
         place = validated_rows([center], "point")[0]
         size = positive_float(unit, "unit")
-        shifted = {k: transform_rows(r, k, 1.0, np.eye(3), -place) for k, r in self._rows.items()}
-        return self._rebuilt({k: transform_rows(r, k, 1 / size, np.eye(3), np.zeros(3)) for k, r in shifted.items()})
+        rows = {k: rows_in_frame(r, k, place, size) for k, r in self._rows.items()}
+        return self._with_rows(rows, self._uncertainty.transformed(1 / size, np.eye(3), -place / size))
 
     @renamed_keywords(chosen="selection")
     def subset(self, selection: Any) -> Model:
@@ -205,14 +242,15 @@ class Model:
             If there is no such object or kind.
         """
         if isinstance(selection, Mapping):
-            return self._rebuilt({(k := self._kind(key)): self._select(k, part) for key, part in selection.items()})
-        numbers = _numbers(selection, len(self), "the model")
-        parts = {k: numbers[(numbers >= s.start) & (numbers < s.stop)] - s.start for k, s in self.slices.items()}
-        return self._rebuilt({kind: self._rows[kind][part] for kind, part in parts.items()})
+            parts = {(k := self._kind(key)): self._select(k, part) for key, part in selection.items()}
+        else:
+            numbers = _numbers(selection, len(self), "the model")
+            parts = {k: numbers[(numbers >= s.start) & (numbers < s.stop)] - s.start for k, s in self.slices.items()}
+        rows = {k: self._rows.get(k, np.empty((0, SIZES[k])))[part].copy() for k, part in parts.items()}
+        return self._with_rows(rows, self._uncertainty.select(parts))
 
-    def _select(self, kind: str, part: Any) -> Rows:
-        rows = self._rows.get(kind, np.empty((0, SIZES[kind])))
-        return rows[part if isinstance(part, slice) else _numbers(part, len(rows), PLURALS[kind])].copy()
+    def _select(self, kind: str, part: Any) -> Any:
+        return part if isinstance(part, slice) else _numbers(part, self.counts.get(kind, 0), PLURALS[kind])
 
     @staticmethod
     def _kind(name: Any) -> str:
@@ -221,8 +259,8 @@ class Model:
             raise InputError(f"{name!r} is not a kind of object; there are: {', '.join(PLURALS.values())}.")
         return found
 
-    def _rebuilt(self, rows: Mapping[str, Rows]) -> Model:
-        new = Model._of(rows, self._texts)
+    def _with_rows(self, rows: Mapping[str, Rows], uncertainty: Uncertainty) -> Model:
+        new = Model._of(rows, self._texts, uncertainty)
         _ = new._objects
         return new
 
@@ -258,7 +296,7 @@ class Model:
         """
         from ..io.model_file import save_model
 
-        save_model(path, self._rows, self._texts)
+        save_model(path, self._rows, self._texts, self._uncertainty)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Model:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.errors import BladesmithError, InputError
+from ...codegen.programs.registration.registration import matched_as
 from ...common.validation import as_instance, check_shape, real_array
 from ...core.multivector import Multivector
 from ...core.registry import stock_algebra
@@ -23,6 +24,7 @@ FIELDS: dict[str, tuple[tuple[str, int], ...]] = {
     "point": (("xyz", 3),),
     "point_pair": (("a", 3), ("b", 3)),
     "line": (("point", 3), ("direction", 3)),
+    "segment": (("a", 3), ("b", 3)),
     "circle": (("center", 3), ("normal", 3), ("radius", 1)),
     "plane": (("normal", 3), ("offset", 1)),
     "sphere": (("center", 3), ("radius", 1)),
@@ -33,8 +35,8 @@ PLURALS = {kind: f"{kind}s" for kind in KINDS}
 #: Number of parameters of an object.
 SIZES = {kind: sum(size for _, size in fields) for kind, fields in FIELDS.items()}
 #: Shapes of parameters in arrays, for kinds whose parameters are several vectors.
-SHAPES = {"point_pair": (2, 3), "line": (2, 3)}
-#: Grades of objects.
+SHAPES = {"point_pair": (2, 3), "line": (2, 3), "segment": (2, 3)}
+#: Grades of objects that have multivectors of their own.
 GRADES = {"point": 1, "point_pair": 2, "line": 3, "circle": 3, "plane": 4, "sphere": 4}
 #: Parameters that are positions.
 POSITIONS = ("xyz", "a", "b", "point", "center")
@@ -44,6 +46,13 @@ DIRECTIONS = ("direction", "normal")
 LARGEST = 1e90
 #: Smallest radius: squares of smaller ones would vanish.
 SMALLEST = 1e-90
+#: From this many lines or segments on it is checked that they are not given as the other ones.
+MIN_MISTAKEN = 6
+#: Directions that are as near to the positions of the points of their lines, by the mean cosine, are end points: of
+#: six random directions one in 100 000.
+MISTAKEN_COSINE = 0.85
+#: Tolerance of lengths of 1, and of vectors that are parallel.
+MISTAKEN_TOLERANCE = 1e-6
 #: A direction whose length differs from 1 by less than this stays as it is: then saving and loading changes nothing.
 UNIT_TOLERANCE = 4 * float(np.finfo(np.float64).eps)
 
@@ -69,7 +78,11 @@ def validated_rows(objects: Any, kind: str) -> Rows:
         Naming list, item and remedy.
     """
     name = PLURALS[kind]
-    rows = _from_objects(objects, kind) if _holds_objects(objects) else _from_array(objects, kind)
+    given_as_objects = _holds_objects(objects)
+    if given_as_objects and kind not in GRADES:
+        remedy = "Give their end points, or lines" if kind == "segment" else None
+        raise InputError(f"{name} are no multivectors; {_expected_array(kind)} is needed.", remedy=remedy)
+    rows = _from_objects(objects, kind) if given_as_objects else _from_array(objects, kind)
     for field, place in columns(kind).items():
         bad = ~np.isfinite(rows[:, place]).all(1)
         _refuse(bad, rows[:, place], name, field, "numbers are finite")
@@ -83,9 +96,12 @@ def validated_rows(objects: Any, kind: str) -> Rows:
             bad = ~(rows[:, place] >= SMALLEST).all(1)
             _refuse(bad, rows[:, place], name, field, "a radius is positive",
                     "Give its absolute value, or a point for a radius of zero")  # fmt: skip
-    if kind == "point_pair":
-        meet = (rows[:, :3] == rows[:, 3:]).all(1)
-        _refuse(meet, rows[:, 3:], name, "b", "a point pair has two end points", "Give a point if that is meant")
+    if kind in ("point_pair", "segment"):
+        meet = (np.abs(rows[:, :3] - rows[:, 3:]) < SMALLEST).all(1)
+        _refuse(meet, rows[:, 3:], name, "b", f"a {_kind_text(kind)} has two end points",
+                "Give a point if that is meant")  # fmt: skip
+    if not given_as_objects:
+        _refuse_mistaken(rows, kind)
     return _with_unit_directions(rows, kind)
 
 
@@ -95,6 +111,31 @@ def _refuse(bad: Any, values: Rows, name: str, field: str, rule: str, remedy: st
         i = int(bad.argmax())
         value = values[i].tolist() if values.shape[1] > 1 else float(values[i, 0])
         raise InputError(f"{name}[{i}].{field} is {value}; {rule}.", remedy=remedy)
+
+
+def _refuse_mistaken(rows: Rows, kind: str) -> None:
+    """Raise for lines that are given by their end points, and for segments given by points and directions.
+
+    Directions of length 1 are never taken for end points.
+    """
+    if kind not in ("line", "segment") or len(rows) < MIN_MISTAKEN:
+        return
+    size = float(np.abs(rows).max()) or 1.0
+    first, second = rows[:, :3] / size, rows[:, 3:] / size
+    first_unit, second_unit = (np.abs(np.linalg.norm(v, axis=1) - 1 / size) <= MISTAKEN_TOLERANCE / size
+                               for v in (first, second))  # fmt: skip
+    if kind == "segment" and second_unit.all() and not first_unit.any():
+        raise InputError("segments have second vectors of length 1 throughout, as directions have; the second vector "
+                         "of a segment is its other end.",
+                         remedy="Give lines if they are directions; else change the ends round")  # fmt: skip
+    if kind == "line" and not second_unit.any():
+        lengths = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+        counting = np.linalg.norm(np.cross(first, second), axis=1) > MISTAKEN_TOLERANCE * lengths  # not radial
+        cosines = (first * second).sum(1)[counting] / lengths[counting]
+        if len(cosines) >= MIN_MISTAKEN and cosines.mean() > MISTAKEN_COSINE:
+            raise InputError("lines have directions that lie beside their points, as the other ends of segments do; a "
+                             "line is a point and a direction.",
+                             remedy="Give segments if they are end points; else directions of length 1")  # fmt: skip
 
 
 def _holds_objects(objects: Any) -> bool:
@@ -227,7 +268,7 @@ def _with_unit_directions(rows: Rows, kind: str) -> Rows:
 
 
 def build_objects(rows: Rows, kind: str) -> Multivector:
-    """Unit objects (n,) of checked rows.
+    """Unit objects (n,) of checked rows; of segments the lines through their ends.
 
     Raises
     ------
@@ -237,7 +278,9 @@ def build_objects(rows: Rows, kind: str) -> Multivector:
     algebra: Any = stock_algebra("cga3d")
     parts = [np.ascontiguousarray(rows[:, place]) for place in columns(kind).values()]
     fields = [part[:, 0] if part.shape[1] == 1 else part for part in parts]
-    x: Multivector = getattr(algebra, kind)(*fields)
+    if kind == "segment":  # the line from one end to the other
+        fields[1] = fields[1] - fields[0]
+    x: Multivector = getattr(algebra, matched_as(kind))(*fields)
     bad = ~(np.abs(rows) <= LARGEST).all(1)
     if "radius" in columns(kind):
         bad |= rows[:, -1] < SMALLEST
@@ -248,6 +291,12 @@ def build_objects(rows: Rows, kind: str) -> Multivector:
         raise InputError(f"{PLURALS[kind]}[{i}] is beyond floating-point numbers: {rows[i].tolist()}.",
                          remedy="Choose another unit of length, or an origin nearby")  # fmt: skip
     return x
+
+
+def rows_in_frame(rows: Rows, kind: str, center: Rows, unit: float) -> Rows:
+    """Rows of the objects in a frame at a center with another unit of length: (x - center) / unit."""
+    shifted = transform_rows(rows, kind, 1.0, np.eye(3), -center)
+    return transform_rows(shifted, kind, 1 / unit, np.eye(3), np.zeros(3))
 
 
 def transform_rows(rows: Rows, kind: str, scale: float, rotation: Rows, translation: Rows) -> Rows:
@@ -264,3 +313,17 @@ def transform_rows(rows: Rows, kind: str, scale: float, rotation: Rows, translat
         if kind == "plane":
             result[:, 3] += result[:, :3] @ translation
         return _with_unit_directions(result, kind)  # rounding would accumulate over many motions
+
+
+def row_jacobian(kind: str, scale: float, rotation: Rows, translation: Rows) -> Rows:
+    """Derivative (k, k) of `transform_rows` by a row: a plane's normal carries its offset along."""
+    size, place = SIZES[kind], columns(kind)
+    jacobian = np.zeros((size, size))
+    for field, part in place.items():
+        if field in (*POSITIONS, *DIRECTIONS):
+            jacobian[part, part] = rotation * (scale if field in POSITIONS else 1.0)
+        else:
+            jacobian[part, part] = scale
+    if kind == "plane":
+        jacobian[3, :3] = translation @ rotation
+    return jacobian

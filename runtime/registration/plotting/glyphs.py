@@ -112,7 +112,7 @@ class ModelSketch:
             parts = [rows[:, place] for place in columns(kind).values()]
             fields = tuple(x[:, 0] if x.shape[1] == 1 else x for x in parts)
             more = (np.ones(len(rows)),) if kind == "sphere" else ()
-            yield Group(kind, (*fields, *more), np.arange(len(rows)))
+            yield Group("point_pair" if kind == "segment" else kind, (*fields, *more), np.arange(len(rows)))
 
     @cached_property
     def segments(self) -> Array:
@@ -157,11 +157,13 @@ class ModelSketch:
     def parts(self, colors: dict[str, Rgba]) -> Iterator[Strokes | Faces | Marks]:
         """Glyphs in colors (1 or n, 4) by kind."""
         everywhere = Box(self.box.low - 1e3 * self.box.size, self.box.high + 1e3 * self.box.size)
-        for group in self._groups():
-            rows = colors[group.sort]
-            if group.sort == "line":
+        for kind, group in zip(self.model.parameters, self._groups(), strict=True):
+            rows = colors[kind]
+            if kind == "segment":
+                yield Strokes(np.stack(group.parameters, 1), rows)
+            elif kind == "line":
                 yield Strokes(self.segments, rows)
-            elif group.sort == "plane":
+            elif kind == "plane":
                 opacity = PLANE_OPACITY * min(1.0, MANY_PLANES_OPACITY / len(group.indices) ** 0.5)
                 yield Strokes(np.concatenate([self.patches, self.patches[:, :1]], 1), with_opacity(rows, 0.7), 0.6)
                 yield Faces(self.patches, with_opacity(rows, opacity))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.programs.registration.registration import DIRECTED
+from ...codegen.programs.registration.registration import DIRECTED, matched_as
 from ..backends.driver import Driver
 
 Array = NDArray[Any]
@@ -109,7 +109,7 @@ class Table:
     @property
     def _has_sign(self) -> bool:
         """True if an invariant has the sign of the cosine times that of a twist: between lines, or lines and axes."""
-        return self.kinds in TWISTED
+        return (matched_as(self.kinds[0]), matched_as(self.kinds[1])) in TWISTED
 
     def _key_range(self, invariants: Array, tolerance: float) -> tuple[Array, Array]:
         keys_ = _sort_keys(invariants, self.column)

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.programs.registration.registration import KINDS
-from ...core.multivector import Algebra, Multivector
+from ...core.multivector import Algebra
 from ..backends.driver import Driver
 from ..backends.executor import SharedScene, share_over_executor
 from ..backends.scene import Scene
+from ..estimation.objective import Objective, WeightedSide
+from ..model.model import Model
 from ..model.normalization import criterion_within, normalize_pair
 from ..result import Step
 from ..verification.ranking import CandidateRanking
@@ -30,14 +33,16 @@ class RegistrationProblem:
 
     Parameters
     ----------
-    query, reference : mapping of kind to Multivector (n,)
-        Unit objects. Kinds that only one of them has take no part.
+    query, reference : Model
+        Kinds that only one of them has take no part.
     seed, threads, backend, executor
         See `register`.
     align : bool
         True if x and -x are the same object.
     length : float
         Length that a rotation by one radian is equivalent to, in units of the models' size.
+    loss : str
+        A name of `objective.LOSSES`.
 
     Attributes
     ----------
@@ -54,14 +59,15 @@ class RegistrationProblem:
     """
 
     def __init__(
-        self, query: Mapping[str, Multivector], reference: Mapping[str, Multivector], *, seed: int = 0,
-        threads: int | None = None, backend: str = "c", executor: Any = None, align: bool = True, length: float = 1.0,
+        self, query: Model, reference: Model, *, seed: int = 0, threads: int | None = None, backend: str = "c",
+        executor: Any = None, align: bool = True, length: float = 1.0, loss: str = "linear",
     ) -> None:  # fmt: skip
-        common = [k for k in KINDS if k in query and k in reference]
+        common = [k for k in KINDS if k in query.counts and k in reference.counts]
         self.driver = Driver(tuple(common), threads, backend)
         self.query, self.reference = normalize_pair(
-            self.driver, {k: query[k] for k in common}, {k: reference[k] for k in common}
+            self.driver, *({k: model.objects[k] for k in common} for model in (query, reference))
         )
+        self._models, self.loss = (query, reference), loss
         self.random = np.random.default_rng(seed)
         self.align, self.length = align, length
         counts = [self.query.objects[k].shape[0] for k in common]
@@ -109,6 +115,22 @@ class RegistrationProblem:
     def verify_on_subset(self) -> None:
         """Restrict verification to the random subset used during the search."""
         self.scene.select_objects(self.kinds[self._subset], self.rows[self._subset])
+
+    @cached_property
+    def sides(self) -> tuple[WeightedSide, WeightedSide]:
+        """Parameters of both models in their frames, with weights or covariances."""
+        query, reference = self._models
+        return WeightedSide(query, self.query), WeightedSide(reference, self.reference)
+
+    @property
+    def is_reweighted(self) -> bool:
+        """True if the refinement holds weights or residuals, and has to be repeated at the refined pose."""
+        return self.loss != "linear" or "segment" in self.query.objects or any(s.covariances for s in self.sides)
+
+    def objective(self, motor: Array, indices: Array) -> Objective:
+        """The cost of matches near a motor, -1 for none."""
+        near = self.algebra.wrap(self.algebra.kind("motor"), motor)
+        return Objective(self.scene, *self.sides, self.by_kind(indices), near, self.loss, self.align)
 
     def by_kind(self, indices: Array) -> dict[str, tuple[Array, Array]]:
         """Matches of all query objects, -1 for none, as rows of the query and of the reference by kind."""

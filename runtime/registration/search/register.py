@@ -10,6 +10,7 @@ from ...codegen.interrupts import keep_partial
 from ...common.progress import ProgressOption, open_progress
 from ...common.validation import as_bool, as_choice, as_instance, as_int
 from ...core.multivector import Multivector
+from ..estimation.objective import LOSSES, check_uncertainties
 from ..model.arguments import as_length, as_motor, check_common_kind
 from ..model.model import Model
 from ..result import Registration
@@ -45,6 +46,7 @@ def register(
     align: bool = True,
     length: float = 1.0,
     similarity: bool = False,
+    loss: str = "linear",
     executor: Executor | None = None,
     progress: ProgressOption = False,
 ) -> Registration:
@@ -78,6 +80,10 @@ def register(
     similarity : bool
         The reference may be larger or smaller than the query: the result's ``scale`` s is estimated too, and a point x
         goes to motor (s x), scaled about the world's origin.
+    loss : "linear", "huber", "soft_l1", "cauchy" or "tukey"
+        What the refinement of the pose minimizes over the matches: their costs, or a robust loss of them, as in
+        `scipy.optimize.least_squares` ("tukey": the biweight). Its scale is the standard deviation that covariances
+        give, or the one estimated from the median of the costs, times the factor of 95 % efficiency.
     executor : concurrent.futures.Executor, optional
         Executor over whose workers the samples are shared, for example a cluster's.
     progress : bool or callable
@@ -107,7 +113,9 @@ def register(
     reference with the same invariants; where a pair leaves a motion free, triples do. The motor of each such sample
     minimizes |R X - Y R|^2 over its pairs, linear in R for every kind of object; it is verified by the number of
     objects that it matches. Tolerances rise from rounding to 3 % of the models' size, until a pose is significant. The
-    best motors are refined by iterative matching, and the result minimizes the positive rotor cost over the matches.
+    best motors are refined by iterative matching, and the result minimizes the positive rotor cost over the matches:
+    of segments the squared distances of their ends from the lines of their counterparts, and along these where both
+    ends are there; of objects with covariances the squares of their residuals over their variances.
 
     Examples
     --------
@@ -125,7 +133,7 @@ def register(
     if as_bool(similarity, "similarity"):
         register_scaled = partial(
             register, reference=reference, samples=samples, sample_size=sample_size, iterations=iterations, seed=seed,
-            threads=threads, backend=backend, start=start, align=align, length=length, executor=executor,
+            threads=threads, backend=backend, start=start, align=align, length=length, loss=loss, executor=executor,
             progress=progress,
         )  # fmt: skip
         return register_similarity(query, reference, register_scaled)
@@ -136,8 +144,8 @@ def register(
     from_nearby = motor is not None or as_choice(start, "start", STARTS) == "proximity"
     length = as_length(length)
     problem = RegistrationProblem(
-        query.objects, reference.objects, seed=as_int(seed, "seed", 0), threads=threads, backend=backend,
-        executor=executor, align=as_bool(align, "align"), length=length,
+        query, reference, seed=as_int(seed, "seed", 0), threads=threads, backend=backend,
+        executor=executor, align=as_bool(align, "align"), length=length, loss=as_choice(loss, "loss", LOSSES),
     )  # fmt: skip
     with (
         open_progress(progress, "register", "motors") as report,
@@ -156,3 +164,4 @@ def _check_models(query: Model, reference: Model) -> None:
         if not len(as_instance(model, f"the {name}", Model, "a reform.Model")):
             raise InputError(f"the {name} is empty; a pose needs objects.")
     check_common_kind(query, reference)
+    check_uncertainties(query, reference)

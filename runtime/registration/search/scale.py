@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.errors import Interrupted, UndeterminedError
-from ...codegen.programs.registration.registration import DIRECTED
+from ...codegen.programs.registration.registration import DIRECTED, matched_as
 from ..model.model import Model
 from ..model.similarity import similarity
 from ..result import Registration
@@ -50,7 +50,7 @@ def register_similarity(query: Model, reference: Model, run: Callable[[Model], R
     UndeterminedError
         If no two objects determine a scale: where there are only planes, or lines through one point.
     """
-    problem = RegistrationProblem(query.objects, reference.objects, threads=1)
+    problem = RegistrationProblem(query, reference, threads=1)
     result: Registration | None = None
 
     def run_at(scale: float) -> Registration:
@@ -96,7 +96,7 @@ def _least_squares_scale(problem: RegistrationProblem, result: Registration) -> 
         y = problem.reference.data.elements[kind][matched[matched >= 0]]
         normal_projection = np.einsum("ni,nj->nij", y[:, 3:6], y[:, 3:6])
         projection = {"plane": normal_projection, "line": np.eye(3) - normal_projection}.get(
-            kind, np.broadcast_to(np.eye(3), normal_projection.shape)
+            matched_as(kind), np.broadcast_to(np.eye(3), normal_projection.shape)
         )
         rows.append(np.concatenate([(projection @ (x[:, :3] @ rotation.T)[..., None]), projection], -1).reshape(-1, 4))
         targets.append((projection @ y[:, :3, None]).ravel())

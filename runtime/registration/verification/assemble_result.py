@@ -13,7 +13,8 @@ from ...codegen.errors import UndeterminedError
 from ...codegen.programs.registration.registration import KINDS
 from ...core.multivector import Multivector
 from ..estimation.gauge_freedom import NEARLY_FREE, canonical_twist_basis, describe_twists, free_motions
-from ..estimation.refinement import RefinedPose, covariance, eigenmodes, normal_matrix, refine_pose
+from ..estimation.objective import POSITION_WEIGHT
+from ..estimation.refinement import RefinedPose, covariance, descend, eigenmodes, normal_matrix
 from ..model.normalization import motors_to_world, twists_to_world
 from ..result import PerItem, Registration, Step
 from ..search.problem import RegistrationProblem
@@ -29,6 +30,13 @@ MIN_MATCH_RANGE = 1e-7
 MAX_RANGE_GROWTH = 4.0
 #: Rounds of matching, with a range that follows the distances, and refinement.
 REFINEMENT_ROUNDS = 4
+#: The same where weights or residuals are found again at each pose, until no coefficient of the motor changes by more
+#: than this fraction of the range of matches, or than rounding.
+REWEIGHTING_ROUNDS, SETTLED, MIN_CHANGE = 20, 1e-5, 1e-12
+#: Lines of segments that fit at their ends are apart by at most this many times the range of matches, and at most the
+#: latter, in units of the models' size: the ends of short segments say little of their lines.
+LINE_RANGE_FACTOR, MAX_LINE_RANGE = 16.0, 0.5
+SEGMENT = KINDS.index("segment")
 #: A pose has not converged if refinement leaves a smaller fraction of the matches.
 MIN_REMAINING_FRACTION = 0.7
 
@@ -87,18 +95,39 @@ def _empty_result(problem: RegistrationProblem, counts: Mapping[str, int]) -> Re
 
 def _refine_pose(problem: RegistrationProblem, motor: Array, inlier_scale: float) -> tuple[RefinedPose, Array, float]:
     """Refined pose of a candidate, its matches, and their largest distance."""
-    limit, before = SEARCH_RADIUS_FACTOR * inlier_scale, None
-    for _ in range(REFINEMENT_ROUNDS):
-        problem.accept_within(limit)
-        indices, squares, _ = problem.scene.match(motor)
-        if before is not None and np.array_equal(indices, before):
+    start = SEARCH_RADIUS_FACTOR * inlier_scale
+    limits, before, change = dict.fromkeys((False, True), start), None, math.inf
+    for _ in range(REWEIGHTING_ROUNDS if problem.is_reweighted else REFINEMENT_ROUNDS):
+        indices, squares = _match(problem, motor, limits)
+        is_settled = not problem.is_reweighted or change <= max(SETTLED * max(limits.values()), MIN_CHANGE)
+        if before is not None and np.array_equal(indices, before) and is_settled:
             break
-        pose = refine_pose(problem.scene, problem.driver, motor, problem.by_kind(indices))
-        hit = indices >= 0
-        spread = MATCH_RANGE_FACTOR * math.sqrt(_median(squares[hit])) if hit.any() else limit
+        pose = descend(problem.objective(motor, indices), problem.driver, motor)
+        hit, are_segments = indices >= 0, problem.kinds == SEGMENT
+        for by_ends in limits:
+            of_sort = hit & (are_segments == by_ends)
+            spread = MATCH_RANGE_FACTOR * math.sqrt(_median(squares[of_sort])) if of_sort.any() else limits[by_ends]
+            limits[by_ends] = min(max(spread, MIN_MATCH_RANGE), MAX_RANGE_GROWTH * inlier_scale)
+        change = float(np.abs(pose.motor - motor).max())
         motor, before = pose.motor, indices
-        limit = min(max(spread, MIN_MATCH_RANGE), MAX_RANGE_GROWTH * inlier_scale)
-    return pose, indices, limit
+    return pose, indices, max(limits[by_ends] for by_ends in set((problem.kinds == SEGMENT).tolist()))
+
+
+def _match(problem: RegistrationProblem, motor: Array, limits: Mapping[bool, float]) -> tuple[Array, Array]:
+    """Counterparts of all query objects and weighted squares of their distances, within limits: of segments by their
+    ends, of others by positions and directions.
+    """
+    problem.accept_within(limits[False])
+    indices, squares, _ = problem.scene.match(motor)
+    of_segments = np.flatnonzero(problem.kinds == SEGMENT)
+    if len(of_segments):
+        problem.accept_within(min(LINE_RANGE_FACTOR * limits[True], MAX_LINE_RANGE))
+        ends = (side.rows["segment"] for side in problem.sides)
+        rows, off = problem.scene.match_segments(problem.rows[of_segments], motor, *ends)
+        squares[of_segments] = off = POSITION_WEIGHT * off
+        indices[of_segments] = np.where(off <= limits[True] * limits[True], rows, -1)
+        problem.accept_within(limits[False])
+    return indices, squares
 
 
 def _median(values: Array) -> float:
@@ -122,7 +151,7 @@ def _result(
     to_world = np.asarray(twists_to_world(problem.driver, np.eye(6), problem.reference, problem.algebra)._data).T
     undetermined = problem.algebra.wrap(problem.algebra.kind("twist"), free @ to_world.T)
     problem.history.append(Step("polish", spread, state.candidates, int((indices >= 0).sum()), best.cost))
-    message = _message(problem, state, undetermined, int((indices >= 0).sum()))
+    message = _message(problem, state, best, undetermined, int((indices >= 0).sum()))
     return Registration(
         motor=world[0], matches=PerItem(matches), inliers=PerItem({k: m >= 0 for k, m in matches.items()}),
         cost=best.cost, history=problem.history, converged=not message,
@@ -133,8 +162,12 @@ def _result(
     )  # fmt: skip
 
 
-def _message(problem: RegistrationProblem, state: SearchState, undetermined: Multivector, matched: int) -> str:
+def _message(
+    problem: RegistrationProblem, state: SearchState, best: RefinedPose, undetermined: Multivector, matched: int
+) -> str:
     """Reason why the result has not converged, or an empty text."""
+    if matched and not best.rates.halves.any():
+        return "no match counts: their weights are zero, or errors far larger than the covariances say"
     if state.is_significant:
         if matched < MIN_REMAINING_FRACTION * state.hits[0]:
             return "refinement lost inliers: too few matches, or noise comparable to the spacing of the objects"

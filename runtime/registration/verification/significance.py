@@ -29,6 +29,8 @@ BACKGROUND_SHIFT = 0.3
 MIN_PROBABILITY = 1e-300
 #: Largest probability.
 MAX_PROBABILITY = 1 - 1e-12
+#: Ratio of the probabilities of one more hit and of none, in the tail of the numbers of hits of wrong motors.
+TAIL_RATIO = 0.5
 #: Smallest distance of a match: rounding.
 MIN_DISTANCE = 1e-7
 
@@ -93,6 +95,7 @@ def log_gap_probability(first: int, second: int, objects: int, probability: floa
 
     In the tail of a binomial distribution each further hit is rarer by about the same factor, which is taken at the
     second best; the same holds for the lead of the greatest of many such numbers. Accurate to a factor of about 3.
+    Where fewer hits than usual are known of competitors, or none are, the tail begins where it falls by `TAIL_RATIO`.
 
     Parameters
     ----------
@@ -104,5 +107,7 @@ def log_gap_probability(first: int, second: int, objects: int, probability: floa
         Fraction of the objects that wrong motors match.
     """
     probability = min(max(probability, MIN_PROBABILITY), MAX_PROBABILITY)
-    ratio = (objects - second) / (second + 1) * probability / (1 - probability)
+    odds = probability / (1 - probability)
+    second = max(second, math.ceil((objects * odds - TAIL_RATIO) / (TAIL_RATIO + odds)))
+    ratio = (objects - second) / (second + 1) * odds
     return (first - second) * math.log10(max(ratio, MIN_PROBABILITY)) if 0 < ratio < 1 and first > second else 0.0

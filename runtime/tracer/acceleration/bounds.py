@@ -18,7 +18,7 @@ from ...codegen.algebra.multivector import Multivector, from_values
 from ...codegen.formulas.curves import surfaces
 from ...codegen.formulas.rays import boxes
 from ...codegen.programs import cga3d
-from ...codegen.programs.tracer.surface_kinds import SurfaceKind
+from ...codegen.programs.tracer.surfaces.kind import SurfaceKind
 from ...common import parallel
 from ...curves.bernstein import binomials
 from .affine_arithmetic import AffineForm, AffineRing, polynomial

@@ -14,17 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..rendering.program import Engine
+from ...codegen.programs.tracer.records import NO_PART, PARTS
+from ..rendering.engines import Engine
 
 Array = NDArray[Any]
-#: Parts of a node, as in templates/c/programs/tracer/scene_common.h.
-PARTS = 4
-#: Numbers of 64 bits that the builder stores for an item: a box and its index.
-ITEM_SIZE = 7
 #: The driver numbers items and nodes with 32 bits.
 MOST_ITEMS = 2**31 - 2
-#: Index of a missing part of a node, as in templates/c/programs/tracer/scene_common.h.
-NO_PART = -(2**31)
 #: Largest absolute exponent of a tree's unit: boxes are stored in 32 bits whatever their size.
 MOST_EXPONENT = 1000
 #: A node in the driver's layout: a whole number of cache lines.
@@ -71,17 +66,21 @@ class Tree:
         exponent = math.frexp(float(half) or float(np.abs(self.whole).max()))[1]
         return math.ldexp(1.0, min(max(-exponent, -MOST_EXPONENT), MOST_EXPONENT))
 
-    @cached_property
-    def nodes(self) -> Array:
-        """All nodes (nodes,) of type `NODE`: boxes in 32 bits, rounded outward, inverted for missing parts."""
-        memory = np.zeros(len(self.parts) * NODE.itemsize + CACHE_LINE, np.uint8)
-        nodes = memory[-memory.ctypes.data % CACHE_LINE :][: len(self.parts) * NODE.itemsize].view(NODE)
+    @property
+    def packed(self) -> Array:
+        """The tree as C reads it, in integers of 64 bits: a head as long as a node, and the nodes of type `NODE`.
+
+        Boxes are in 32 bits, rounded outward, and inverted for missing parts.
+        """
+        packed = np.zeros(len(self.parts) + 1, NODE)
+        packed[:1].view(np.float64)[:10] = [*self.whole, *self.center, self.unit]
+        nodes = packed[1:]
         shift = np.concatenate([self.center, self.center])[:, None]
         nodes["boxes"] = round_outward((self.boxes - shift) * self.unit, np.float32)
         nodes["parts"] = self.parts
         nothing = np.repeat([np.inf, -np.inf], 3)[:, None]
         nodes["boxes"] = np.where((self.parts == NO_PART)[:, None], nothing, nodes["boxes"])
-        return nodes
+        return packed.view(np.int64)
 
 
 def tree_over(engine: Engine, boxes: Sequence[Array]) -> Tree:
@@ -99,15 +98,13 @@ def tree_over(engine: Engine, boxes: Sequence[Array]) -> Tree:
 
 
 def _build_nodes(engine: Engine, boxes: Array) -> tuple[Array, Array]:
-    """Boxes and parts of the nodes. Memory that the builder does not touch costs nothing."""
+    """Boxes and parts of the nodes; the given boxes are exchanged. Memory that is not touched costs nothing."""
     count = len(boxes)
     nodes, parts = np.empty((count, 6, PARTS)), np.empty((count, PARTS), np.int32)
-    scratch = np.empty((count, ITEM_SIZE))
+    numbers = np.empty(count, np.int64)
     if not count or count > MOST_ITEMS:
         return nodes[:0], parts[:0]
-    buffer = engine.ffi.from_buffer
-    numbers = [buffer("double[]", x) for x in (boxes, nodes)]
-    node_count = engine.lib.bs_scene_build(count, *numbers, buffer("int32_t[]", parts), buffer("double[]", scratch))
+    node_count = engine.build_tree(boxes, numbers, nodes, parts)
     return nodes[:node_count].copy(), parts[:node_count].copy()
 
 

@@ -11,7 +11,8 @@ from typing import Annotated, TypeVar
 import numpy as np
 from pydantic import Field
 
-from ...codegen.programs.tracer.surface_kinds import SurfaceKind, surface_kind
+from ...codegen.programs.tracer.surface_kinds import surface_kind
+from ...codegen.programs.tracer.surfaces.kind import SurfaceKind
 from ...common.documents import Document, Table, read_document
 from ...common.files import as_path
 from ...errors import SceneError

@@ -7,7 +7,6 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,8 @@ from ...codegen.interrupts import deferred_interrupts
 from ...common.deprecation import renamed_attribute
 from ...common.files import output_path, write_file
 from ...common.validation import finite_array
-from ...errors import MissingExtraError, SceneError
-from ...interchange.meshes import face_indices
+from ...errors import SceneError
+from ...interchange.meshes import face_indices, import_trimesh
 from ..scene import values
 
 Array = NDArray[Any]
@@ -156,11 +155,7 @@ def save_meshes(path: str | os.PathLike[str], meshes: ColoredMeshes, *, scale: f
     file = output_path(path, *CONTENT)
     ending = file.suffix.lower()
     factor = values.positive(scale, "scale")
-    try:
-        with deferred_interrupts():
-            trimesh = import_module("trimesh")
-    except ImportError:
-        raise MissingExtraError("mesh", "Writing meshes") from None
+    trimesh = import_trimesh("Writing meshes")
     scaled = [(mesh if factor == 1 else mesh.transformed(factor), color) for mesh, color in meshes]
     if not any(len(mesh.faces) for mesh, _ in scaled):
         raise SceneError("there are no triangles to write.")

@@ -1,8 +1,4 @@
-"""Binding of a scene to the compiled driver, and calls of the driver's loops on arrays.
-
-The only module of the tracer that depends on the layout of the driver's structures (scene_types.h and scene_common.h in
-templates/c/programs/tracer).
-"""
+"""Binding of a scene to its compiled program, and calls of the program's loops on arrays."""
 
 from __future__ import annotations
 
@@ -13,27 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.programs.tracer.records import PICTURE
 from ...codegen.programs.tracer.surface_kinds import METHODS
 from ...common import parallel
-from ..acceleration.bvh import round_outward
-from .program import Engine
+from .engines import RAYS_PER_CHUNK, Engine, Rays
+from .scene_arrays import scene_arrays
 from .surface_tables import SurfaceTables
 
 Array = NDArray[Any]
 #: Initial capacity of arrays of a line's points on a surface.
 FEW_ROOTS = 2
-#: Rays per chunk, a few milliseconds at most; each chunk has one checksum, as in scene_common.h.
-RAYS_PER_CHUNK = 4096
 #: Largest number of chunks in one call of the loop over packets of rays.
 CHUNKS_AT_ONCE = 16
 #: Calls of that loop for each thread, for balance.
 CALLS_PER_THREAD = 4
-#: C types of the driver's arrays other than numbers in the scene's precision.
-_TYPES = {"surface": "int32_t *", "count": "int32_t *", "status": "uint8_t *", "checksum": "uint64_t *"}
 
 
 class BoundScene:
-    """A driver's scene structure and the arrays that it points into."""
+    """A scene's arrays, held by the program that reads them."""
 
     def __init__(
         self,
@@ -50,85 +43,42 @@ class BoundScene:
         samples: int = 64,
     ) -> None:
         self.engine, self.dtype = engine, np.dtype(dtype)
-        self.single = int(self.dtype == np.float32)
-        self._buffers: list[Any] = []
-        scene = self._scene = engine.ffi.new("bs_scene *")
-        for kind, members in rows.items():
-            entry = scene.surfaces[engine.numbers[kind]]
-            entry.count = len(members.constants)
-            if entry.count:
-                entry.constants = self._pointer(members.constants)
-                entry.ids = engine.ffi.cast("int32_t *", self._keep(members.ids))
-                entry.boxes = self._keep(round_outward(members.boxes[..., None], self.dtype.type))
-        scene.tree.reach = rows.largest_coordinate
-        if engine.needs.tree:
-            self._bind_tree(rows)
-        for name, value in (("materials", materials), ("lights", lights), ("camera", camera), ("sky", sky)):
-            if value is not None and value.size:
-                setattr(scene, name, self._pointer(value))
-        scene.light_count = 0 if lights is None else len(lights)
-        scene.depth, scene.grid = depth, grid
-        scene.method, scene.samples = METHODS[method], samples
+        pictures = {"materials": materials, "lights": lights, "camera": camera, "sky": sky}
+        lamps = 0 if lights is None else len(lights)
+        settings = {"lights": lamps, "depth": depth, "grid": grid, "method": METHODS[method], "samples": samples}
+        tree = rows.tree(engine) if engine.needs.tree else None
+        arrays = scene_arrays(engine.needs.kinds, rows, tree, self.dtype, pictures, settings, engine.is_c)
+        self._scene = engine.scene(*arrays)
 
-    def _bind_tree(self, rows: SurfaceTables) -> None:
-        """Bind the tree of the rows; its items number the kinds in the order of the tables."""
-        ffi, tree, built = self.engine.ffi, self._scene.tree, rows.tree(self.engine)
-        items = built.items.copy()
-        items[:, 0] = np.array([self.engine.numbers[kind] for kind in rows], np.int32)[built.items[:, 0]]
-        tree.nodes = ffi.cast("bs_node *", self._keep(built.nodes))
-        tree.items = ffi.cast("int32_t *", self._keep(items))
-        tree.node_count, tree.item_count, tree.unbounded = len(built.parts), len(items), built.unbounded
-        tree.whole, tree.center, tree.unit = built.whole.tolist(), built.center.tolist(), built.unit
-
-    def _keep(self, array: Array) -> Any:
-        buffer = self.engine.ffi.from_buffer(np.ascontiguousarray(array))
-        self._buffers.append(buffer)
-        return buffer
-
-    def _pointer(self, array: Array) -> Any:
-        with np.errstate(over="ignore"):
-            return self._keep(np.asarray(array, self.dtype))
-
-    def _rays(self, origins: Array, directions: Array) -> tuple[list[Any], tuple[int, ...]]:
-        """Structure of rays, followed by the buffers that it points into; and the shape of the batch."""
+    def _rays(self, origins: Array, directions: Array) -> tuple[Rays, tuple[int, ...]]:
+        """Arrays of rays with their strides, and the shape of the batch."""
         lead = np.broadcast_shapes(origins.shape[:-1], directions.shape[:-1])
-        rays = [self.engine.ffi.new("bs_rays *")]
+        rays = {}
         for name, array in (("origin", origins), ("direction", directions)):
             single = array.size == 3
             whole = array if single or array.shape == (*lead, 3) else np.broadcast_to(array, (*lead, 3))
-            rays.append(self.engine.ffi.from_buffer(np.ascontiguousarray(whole, self.dtype)))
-            setattr(rays[0], f"{name}s", rays[-1])
-            setattr(rays[0], f"{name}_stride", 0 if single else 3)
-        return rays, lead
+            rays[name] = np.ascontiguousarray(whole, self.dtype), 0 if single else 3
+        return Rays(*rays["origin"], *rays["direction"]), lead
 
     def _run(
         self,
-        function: Callable[..., None],
-        rays: list[Any],
+        loop: str,
+        rays: Rays,
         n: int,
         results: Mapping[str, Array],
         roots: int,
         threads: int | None,
         chunks: int = 1,
     ) -> None:
-        ffi = self.engine.ffi
-        hits = ffi.new("bs_hits *")
-        buffers = {name: ffi.from_buffer(array) for name, array in results.items()}
-        for name, buffer in buffers.items():
-            setattr(hits, name, ffi.cast(_TYPES.get(name, "void *"), buffer))
-        hits.roots = roots
-        scene, single = self._scene, self.single
-
-        def part(begin: int, end: int) -> None:
-            function(scene, single, begin, end, rays[0], hits)
-
-        parallel.run(part, n, threads, chunk=chunks * RAYS_PER_CHUNK if n > RAYS_PER_CHUNK else None)
+        part = self._scene.hits_loop(loop, rays, results, roots)
+        chunk = self.engine.chunk
+        parallel.run(part, n, threads, chunk=chunks * chunk if n > chunk else None)
 
     def first(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
         """First hits of rays: t, point, normal, alpha, surface, status."""
         rays, lead = self._rays(origins, directions)
         results = {**self._floats(lead), **self._codes(lead)}
-        self._run(self.engine.lib.bs_scene_first, rays, math.prod(lead), results, 1, threads)
+        self._run("first", rays, math.prod(lead), results, 1, threads)
         return results
 
     def nearest(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
@@ -144,7 +94,7 @@ class BoundScene:
         if n <= RAYS_PER_CHUNK:
             threads = 1  # one checksum
         shared = -(-len(checksum) // (CALLS_PER_THREAD * threads))
-        self._run(self.engine.lib.bs_scene_wide, rays, n, results, 1, threads, min(max(shared, 1), CHUNKS_AT_ONCE))
+        self._run("wide", rays, n, results, 1, threads, min(max(shared, 1), CHUNKS_AT_ONCE))
         return results
 
     @staticmethod
@@ -185,7 +135,7 @@ class BoundScene:
             "count": np.empty(lead, np.int32),
             "status": np.empty(lead, np.uint8),
         }
-        self._run(self.engine.lib.bs_scene_all, rays, math.prod(lead), results, roots, threads)
+        self._run("all", rays, math.prod(lead), results, roots, threads)
         return {"row" if name == "surface" else name: array for name, array in results.items()}
 
     def _floats(self, lead: tuple[int, ...]) -> dict[str, Array]:
@@ -206,13 +156,8 @@ class BoundScene:
         first : int
             Index of the pixel that the arrays begin with.
         """
-        ffi, scene, single, function = self.engine.ffi, self._scene, self.single, self.engine.lib.bs_scene_render
-        buffers = {name: ffi.from_buffer(array) for name, array in arrays.items()}
-        picture = ffi.new("bs_picture *", {"width": width, "height": height, "first": first})
-        for name, buffer in buffers.items():
-            setattr(picture, name, ffi.cast("int32_t *" if name == "cost" else "void *", buffer))
-
-        def paint(begin: int, end: int, _buffers: Any = buffers) -> None:
-            function(scene, single, begin, end, picture)
-
-        return paint
+        layout = PICTURE.zeros()
+        layout.width, layout.height, layout.first = width, height, first
+        for name in arrays:
+            setattr(layout, name, 1)
+        return self._scene.picture_loop(np.asarray(layout), arrays)

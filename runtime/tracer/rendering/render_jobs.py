@@ -12,7 +12,7 @@ from ...common import parallel
 from ...common.executors import Payload, fill_rows
 from ...common.progress import Report
 from .canvas import Canvas, RenderError, RenderInterrupted
-from .driver import RAYS_PER_CHUNK, BoundScene
+from .driver import BoundScene
 from .row_bands import RenderTask, bands, render_band
 
 Array = NDArray[Any]
@@ -27,7 +27,7 @@ def on_threads(bound: BoundScene, canvas: Canvas, grid: int, threads: int | None
         done[begin:end] = True
 
     with keep_partial(canvas.partial, RenderInterrupted):
-        chunk = max(1, RAYS_PER_CHUNK // (grid * grid))
+        chunk = max(1, bound.engine.chunk // (grid * grid))
         parallel.run(part, canvas.width * canvas.height, threads, chunk, report)
     return canvas.arrays
 

@@ -8,12 +8,13 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ...codegen.programs.tracer.scene import SceneNeeds
+from ...codegen.programs.tracer.scene_needs import SceneNeeds
 from ...common import parallel
 from ...common.executors import Task
 from .aov_layers import LAYERS
 from .driver import BoundScene
-from .program import engine_for
+from .engines import Engine
+from .program import engine_of
 
 Array = NDArray[Any]
 #: Smallest number of rays that is worth a call of an executor: some ten milliseconds.
@@ -37,19 +38,26 @@ class RenderTask(Task):
     arguments : mapping
         Arguments of `BoundScene` besides the engine.
     layers : tuple of str
+    target : {"c", "numba", "cuda"}
+        What runs the loops.
     """
 
     needs: SceneNeeds
     arguments: Mapping[str, Any]
     layers: tuple[str, ...]
+    target: str = "c"
+
+    def engine(self) -> Engine:
+        """The program of this process."""
+        return engine_of(self.needs, self.target)
 
     def prepare(self) -> tuple[BoundScene, tuple[str, ...]]:
         """Bind the scene to a program of this process; also return its layers."""
-        return BoundScene(engine_for(self.needs), **self.arguments), self.layers
+        return BoundScene(self.engine(), **self.arguments), self.layers
 
     def source(self) -> str:
         """Text of the program; empty for the general one, which machines without a compiler use."""
-        engine = engine_for(self.needs)
+        engine = self.engine()
         return engine.program.source if engine.needs == self.needs else ""
 
 

@@ -15,7 +15,7 @@ from ...errors import SceneError
 from ..acceleration.bounds import compute_bounds
 from ..acceleration.bvh import Tree, tree_over
 from ..sweeps.real_intervals import with_real_intervals
-from .program import Engine
+from .engines import Engine
 
 Array = NDArray[Any]
 #: Largest number of rows of a scene: the driver numbers them, and the missing row, in 32 bits.

@@ -18,6 +18,8 @@ from .defaults import HEIGHT, MAX_GRID, MAX_SIDE, SETTINGS, WIDTH
 
 #: Pixels along a side beyond which the message does not even tell the memory.
 ABSURD = 10**9
+#: What runs the loops over rays and pixels.
+TARGETS = ("c", "numba", "cuda")
 
 
 @dataclass(frozen=True)
@@ -31,12 +33,16 @@ class RenderOptions:
     height: int = 0
     grid: int = 1
     layers: tuple[str, ...] = ()
+    target: str = "c"
 
 
-def ray_options(method: str, samples: Any, dtype: np.dtype[Any]) -> RenderOptions:
+def ray_options(method: str, samples: Any, dtype: np.dtype[Any], target: Any = "c") -> RenderOptions:
     """Options of an intersection with given rays."""
     return RenderOptions(
-        values.text(method, "method"), values.whole(samples, "samples", LEAST_SAMPLES, MOST_SAMPLES), dtype
+        values.text(method, "method"),
+        values.whole(samples, "samples", LEAST_SAMPLES, MOST_SAMPLES),
+        dtype,
+        target=as_choice(target, "target", TARGETS, SceneError),
     )
 
 
@@ -49,6 +55,7 @@ def picture_options(
     samples: Any,
     antialias: Any,
     dtype: Any,
+    target: Any = "c",
 ) -> RenderOptions:
     """Options of a picture; its memory is checked first, since that error is the most helpful one.
 
@@ -67,7 +74,8 @@ def picture_options(
         values.whole(side, name, 1, MAX_SIDE)
     grid = _setting(settings, antialias, "antialias", 1, MAX_GRID)
     samples = values.whole(samples, "samples", LEAST_SAMPLES, MOST_SAMPLES)
-    return RenderOptions(values.text(method, "method"), samples, kind, columns, rows, grid, layers)
+    as_choice(target, "target", TARGETS, SceneError)
+    return RenderOptions(values.text(method, "method"), samples, kind, columns, rows, grid, layers, target)
 
 
 def check_settings(settings: Any) -> dict[str, int]:

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from ...codegen.programs import Program
 from ...codegen.programs.tracer.records import LIGHT
-from ...codegen.programs.tracer.scene import SceneNeeds, needs, with_method
+from ...codegen.programs.tracer.scene import needs, with_method
+from ...codegen.programs.tracer.scene_needs import SceneNeeds
 from ...common.deprecation import renamed_keywords
 from ...common.progress import ProgressOption, open_progress
 from ...common.validation import as_instance
@@ -22,6 +23,7 @@ from ...errors import SceneError
 from ..rendering.aov_layers import check_layer_names
 from ..rendering.canvas import Canvas
 from ..rendering.driver import BoundScene
+from ..rendering.engines import Engine
 from ..rendering.hits import Hits, first_hits
 from ..rendering.precision import (
     hits_to_single,
@@ -30,7 +32,7 @@ from ..rendering.precision import (
     single_suffices_for_surfaces,
     to_single,
 )
-from ..rendering.program import Engine, engine_for
+from ..rendering.program import engine_for, engine_of
 from ..rendering.render_jobs import on_executor, on_threads
 from ..rendering.row_bands import RenderTask
 from ..rendering.surface_tables import SurfaceTables, build_surface_tables, row_count
@@ -125,13 +127,16 @@ class Scene(Immutable):
         """Names of the compiled kernels."""
         return self.program.kernels
 
+    def _needs_of(self, options: RenderOptions) -> SceneNeeds:
+        """Key of the program for these options."""
+        needed = with_method(self.needs, options.method)
+        layers = any(name != "color" for name in options.layers)
+        return replace(needed, single=options.dtype == np.float32, layers=layers)
+
     def _task(self, options: RenderOptions) -> RenderTask:
         """The scene's constants for a driver of this process or of another."""
-        needed = with_method(self.needs, options.method)
-        needed = replace(
-            needed, single=options.dtype == np.float32, layers=any(name != "color" for name in options.layers)
-        )
-        engine = engine_for(needed)
+        needed = self._needs_of(options)
+        engine = engine_of(needed, options.target)
         rows = self._rows_from(engine)
         if needed.tree:
             rows.tree(engine)  # built once, here
@@ -147,14 +152,14 @@ class Scene(Immutable):
             "method": options.method,
             "samples": options.samples,
         }
-        return RenderTask(needed, arguments, options.layers)
+        return RenderTask(needed, arguments, options.layers, options.target)
 
     def _bound_scene(self, options: RenderOptions) -> BoundScene:
         """Scene bound to a driver, cached for the last few combinations of options."""
         bound = self._bound.get(options)
         if bound is None:
             task = self._task(options)
-            bound = BoundScene(engine_for(task.needs), **task.arguments)
+            bound = BoundScene(task.engine(), **task.arguments)
             for oldest in list(self._bound)[: 1 - MAX_BOUND]:
                 self._bound.pop(oldest, None)
             self._bound[options] = bound
@@ -190,7 +195,14 @@ class Scene(Immutable):
     # -- intersections and pictures ---------------------------------------------------------------------
 
     def intersect(
-        self, origins: Any, directions: Any, method: str = "isolate", samples: int = 64, threads: int | None = None
+        self,
+        origins: Any,
+        directions: Any,
+        method: str = "isolate",
+        samples: int = 64,
+        threads: int | None = None,
+        *,
+        target: str = "c",
     ) -> Hits:
         """First hits of rays.
 
@@ -204,13 +216,15 @@ class Scene(Immutable):
             As for `Surface.intersect`.
         threads : int, optional
             Default: the package's (`bladesmith.set_threads`).
+        target : {"c", "numba", "cuda"}
+            As for `render`.
 
         Returns
         -------
         Hits
         """
         start, direction = ray_arrays(origins, directions)
-        options = ray_options(method, samples, start.dtype)
+        options = ray_options(method, samples, start.dtype, target)
         if start.dtype == np.float64 or (self._single_suffices(options) and single_suffices_for_rays(start)):
             return first_hits(self._bound_scene(options), start, direction, threads)
         wide = self._bound_scene(replace(options, dtype=np.dtype(np.float64)))
@@ -228,6 +242,7 @@ class Scene(Immutable):
         antialias: int | None = None,
         dtype: Any = np.float64,
         executor: Executor | None = None,
+        target: str = "c",
     ) -> Array:
         """Render the picture in linear light.
 
@@ -250,6 +265,9 @@ class Scene(Immutable):
             Renders bands of rows, one in each call: a pool of processes, or a cluster's, as from
             ``dask.distributed.Client(...).get_executor()``. Workers need this package; each compiles the scene's
             program once, into its own cache. The picture is the same to the bit.
+        target : {"c", "numba", "cuda"}
+            What runs the loops: "cuda" a graphics processor. The picture has the same bits in float64; numba computes
+            in float64 alone. Where there is neither a C compiler nor a program from the install, "c" is numba, too.
 
         Returns
         -------
@@ -265,7 +283,7 @@ class Scene(Immutable):
         RenderError
             If a worker of the executor fails or ends; with ``partial`` too.
         """
-        options = picture_options(self.settings, width, height, ("color",), method, samples, antialias, dtype)
+        options = picture_options(self.settings, width, height, ("color",), method, samples, antialias, dtype, target)
         return self._paint(options, threads, progress, executor)["color"]
 
     def layers(
@@ -281,6 +299,7 @@ class Scene(Immutable):
         antialias: int | None = None,
         dtype: Any = np.float64,
         executor: Executor | None = None,
+        target: str = "c",
     ) -> dict[str, Array]:
         """Render several layers in one pass.
 
@@ -296,8 +315,8 @@ class Scene(Immutable):
             - ``depth``: distance from the camera, (h, w); infinite where no surface is hit;
             - ``alpha``: parameter of the curve of an evolved surface, (h, w); NaN elsewhere;
             - ``cost``: number of intersection tests of the ray with surfaces and boxes, (h, w), int32.
-        width, height, threads, progress, method, samples, antialias, dtype, executor
-            As for `render`, and so are the errors.
+        width, height, threads, progress, method, samples, antialias, dtype, executor, target
+            As for `render`, and so are the errors. With a tree over many surfaces ``cost`` depends on the target.
 
         Returns
         -------
@@ -305,7 +324,7 @@ class Scene(Immutable):
             By name, as `save_layers` takes them.
         """
         options = picture_options(
-            self.settings, width, height, check_layer_names(names), method, samples, antialias, dtype
+            self.settings, width, height, check_layer_names(names), method, samples, antialias, dtype, target
         )
         return self._paint(options, threads, progress, executor)
 
@@ -314,10 +333,11 @@ class Scene(Immutable):
         return picture_size(self.settings, width, height)
 
     def _single_suffices(self, options: RenderOptions) -> bool:
-        """Test whether single precision suffices for the surfaces."""
-        if not single_suffices_for_kinds(self.needs.kinds):
+        """Test whether the program has single precision, and it suffices for the surfaces."""
+        if not single_suffices_for_kinds(self.needs.kinds) or options.target == "numba":
             return False
-        return single_suffices_for_surfaces(self._task(options).arguments["rows"] if self._rows is None else self._rows)
+        rows = self._task(options).arguments["rows"] if self._rows is None else self._rows
+        return single_suffices_for_surfaces(rows) and engine_for(self._needs_of(options)).is_c
 
     def _paint(
         self,

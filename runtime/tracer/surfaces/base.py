@@ -135,7 +135,7 @@ class Surface(Immutable):
             rows = build_surface_tables(engine, [self])
             bound_scenes[key] = (
                 BoundScene(engine, rows, dtype, method=method, samples=samples),
-                single_suffices_for_surfaces(rows),
+                single_suffices_for_surfaces(rows) and engine.is_c,
             )
         return bound_scenes[key]
 

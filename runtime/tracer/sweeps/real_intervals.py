@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.programs.tracer.surface_kinds import SurfaceKind
+from ...codegen.programs.tracer.surfaces.kind import SurfaceKind
 from ...errors import SceneError
 from .imaginary_gaps import EPSILON, ROUNDING, Gaps, imaginary_gaps
 from .local_segments import CONTROLS, LENGTH, NOTHING, SPANS, START, WIDTH, Segments, local_segments

@@ -12,7 +12,11 @@
 typedef void (*bs_batch)(ptrdiff_t, ptrdiff_t, void *const *, const void *const *, const ptrdiff_t *);
 
 /* Kernels of one module of formulas, compiled for one instance. */
-typedef struct { const char *module, *instance, *hash; int count; const bs_batch *loops; } bs_unit;
+typedef struct {
+  const char *module, *instance, *hash;
+  int count;
+  const bs_batch *loops;
+} bs_unit;
 
 #if defined(__GNUC__)
 #define BS_HIDDEN __attribute__((visibility("hidden"))) /* of the extension that it is linked into */

@@ -26,6 +26,7 @@
 #define BS_ABS1 fabs
 #define BS_SIGN_BIT (-(int64_t)0x7fffffffffffffff - 1)
 #define BS_EPSILON 2.220446049250313e-16
+#define BS_GREATEST 1.7976931348623157e308
 #elif BS_BITS == 32
 #define S float
 #define BS_INT int32_t
@@ -34,6 +35,7 @@
 #define BS_ABS1 fabsf
 #define BS_SIGN_BIT (-(int32_t)0x7fffffff - 1)
 #define BS_EPSILON 1.1920928955078125e-07
+#define BS_GREATEST 3.4028234663852886e38
 #else
 #error "BS_BITS is 64 or 32"
 #endif
@@ -73,16 +75,22 @@
 #else
 BS_INLINE I FN(bits)(V v)
 {
-    union { V v; I i; } both;
-    both.v = v;
-    return both.i;
+  union {
+    V v;
+    I i;
+  } both;
+  both.v = v;
+  return both.i;
 }
 
 BS_INLINE V FN(from_bits)(I i)
 {
-    union { V v; I i; } both;
-    both.i = i;
-    return both.v;
+  union {
+    V v;
+    I i;
+  } both;
+  both.i = i;
+  return both.v;
 }
 #define BITS(v) FN(bits)(v)
 #define FROM_BITS(i) FN(from_bits)(i)
@@ -114,11 +122,11 @@ typedef BS_UINT UI __attribute__((vector_size(BS_BYTES)));
 BS_INLINE V FN(splat)(S x)
 {
 #if BS_BYTES * 8 / BS_BITS == 2
-    return (V){x, x};
+  return (V){x, x};
 #elif BS_BYTES * 8 / BS_BITS == 4
-    return (V){x, x, x, x};
+  return (V){x, x, x, x};
 #else
-    return (V){x, x, x, x, x, x, x, x};
+  return (V){x, x, x, x, x, x, x, x};
 #endif
 }
 
@@ -129,42 +137,37 @@ BS_INLINE V FN(splat)(S x)
 #define OR(a, b) ((M)__builtin_ia32_orpd((V)(a), (V)(b)))
 BS_INLINE V FN(select)(M m, V a, V b)
 {
-    return __builtin_ia32_orpd(__builtin_ia32_andpd((V)m, a), __builtin_ia32_andnpd((V)m, b));
+  return __builtin_ia32_orpd(__builtin_ia32_andpd((V)m, a), __builtin_ia32_andnpd((V)m, b));
 }
 #else
 #define AND(a, b) ((a) & (b))
 #define OR(a, b) ((a) | (b))
-BS_INLINE V FN(select)(M m, V a, V b)
-{
-    return (V)((m & (I)a) | (~m & (I)b));
-}
+BS_INLINE V FN(select)(M m, V a, V b) { return (V)((m & (I)a) | (~m & (I)b)); }
 #endif
 
 BS_INLINE V FN(sqrt)(V v) /* compilers make one instruction of it */
 {
-    V root;
-    BS_UNROLL
-    for (int l = 0; l < W; l++)
-        root[l] = BS_SQRT1(v[l]);
-    return root;
+  V root = v; /* each lane is replaced */
+  BS_UNROLL
+  for (int l = 0; l < W; l++) root[l] = BS_SQRT1(v[l]);
+  return root;
 }
 
 BS_INLINE int FN(any)(M m)
 {
 #if defined(__x86_64__) && BS_BYTES == 32 && BS_BITS == 64
-    return __builtin_ia32_movmskpd256((V)m);
+  return __builtin_ia32_movmskpd256((V)m);
 #elif defined(__x86_64__) && BS_BYTES == 32
-    return __builtin_ia32_movmskps256((V)m);
+  return __builtin_ia32_movmskps256((V)m);
 #elif defined(__x86_64__) && BS_BITS == 64
-    return __builtin_ia32_movmskpd((V)m);
+  return __builtin_ia32_movmskpd((V)m);
 #elif defined(__x86_64__)
-    return __builtin_ia32_movmskps((V)m);
+  return __builtin_ia32_movmskps((V)m);
 #else
-    BS_INT some = 0;
-    BS_UNROLL
-    for (int l = 0; l < W; l++)
-        some |= m[l];
-    return some != 0;
+  BS_INT some = 0;
+  BS_UNROLL
+  for (int l = 0; l < W; l++) some |= m[l];
+  return some != 0;
 #endif
 }
 

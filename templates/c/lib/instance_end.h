@@ -33,6 +33,7 @@
 #undef BS_ABS1
 #undef BS_SIGN_BIT
 #undef BS_EPSILON
+#undef BS_GREATEST
 #undef BS_LANE
 #undef SIN
 #undef COS

@@ -7,13 +7,6 @@
 #define BS_OUTLINED static
 #endif
 
-/* Length of an array that a function takes: compilers of C check it. */
-#if defined(__cplusplus) || defined(_MSC_VER)
-#define BS_LENGTH(n) n
-#else
-#define BS_LENGTH(n) static n
-#endif
-
 BS_INLINE ptrdiff_t bs_min(ptrdiff_t a, ptrdiff_t b) { return b < a ? b : a; }
 BS_INLINE ptrdiff_t bs_max(ptrdiff_t a, ptrdiff_t b) { return b > a ? b : a; }
 BS_INLINE ptrdiff_t bs_magnitude(ptrdiff_t a) { return a < 0 ? -a : a; }

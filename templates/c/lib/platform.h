@@ -76,8 +76,20 @@ typedef unsigned long long uint64_t;
 /* The x86-64-v3 instance: everything between BS_V3_BEGIN and BS_V3_END is compiled for AVX2, and may be called
  * only where BS_CPU_HAS_V3() holds. FMA is left out on purpose: nothing is contracted. */
 #if BS_VECTORS && defined(__x86_64__)
+#include <cpuid.h>
+
+/* AVX2, and a system that keeps its registers. Not by __builtin_cpu_supports: the libraries of some compilers (zig's)
+ * answer no to everything. */
+static inline BS_UNUSED int bs_cpu_has_v3(void)
+{
+  unsigned a, b, c, d, kept;
+  if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_OSXSAVE) || !(c & bit_AVX)) return 0;
+  __asm__("xgetbv" : "=a"(kept), "=d"(d) : "c"(0));
+  return (kept & 6) == 6 && __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & bit_AVX2) != 0;
+}
+
 #define BS_HAVE_V3 1
-#define BS_CPU_HAS_V3() (__builtin_cpu_init(), __builtin_cpu_supports("avx2") != 0)
+#define BS_CPU_HAS_V3() bs_cpu_has_v3()
 #if defined(__clang__)
 #define BS_V3_BEGIN _Pragma("clang attribute push(__attribute__((target(\"avx2\"))), apply_to = function)")
 #define BS_V3_END _Pragma("clang attribute pop")
@@ -104,6 +116,15 @@ typedef unsigned long long uint64_t;
 #else
 #define BS_HUGE_VALUE HUGE_VAL /* infinity */
 #define BS_NOT_A_NUMBER NAN
+#endif
+
+/* Length of an array that a function takes, which compilers of C check; and such an array that no other one overlaps. */
+#if defined(__cplusplus) || defined(_MSC_VER)
+#define BS_LENGTH(n) n
+#define BS_APART(type, name, n) type *RESTRICT name
+#else
+#define BS_LENGTH(n) static n
+#define BS_APART(type, name, n) type name[RESTRICT static n]
 #endif
 
 #define BS_PASTE_(a, b) a##_##b

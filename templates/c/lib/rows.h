@@ -9,28 +9,26 @@
 
 BS_INLINE void FN(load_rows)(V *dst, const S *src, int k)
 {
-    BS_UNROLL
-    for (int j = 0; j < k; j++)
-        dst[j] = src[j];
+  BS_UNROLL
+  for (int j = 0; j < k; j++) dst[j] = src[j];
 }
 
 BS_INLINE void FN(store_rows)(S *dst, const V *src, int k)
 {
-    BS_UNROLL
-    for (int j = 0; j < k; j++)
-        dst[j] = src[j];
+  BS_UNROLL
+  for (int j = 0; j < k; j++) dst[j] = src[j];
 }
 
 BS_INLINE void FN(load_tail)(V *dst, const S *src, int k, int rows)
 {
-    (void)rows; /* one row is all there is */
-    FN(load_rows)(dst, src, k);
+  (void)rows; /* one row is all there is */
+  FN(load_rows)(dst, src, k);
 }
 
 BS_INLINE void FN(store_tail)(S *dst, const V *src, int k, int rows)
 {
-    (void)rows;
-    FN(store_rows)(dst, src, k);
+  (void)rows;
+  FN(store_rows)(dst, src, k);
 }
 
 #else
@@ -87,63 +85,57 @@ typedef S FN(loose_vector) __attribute__((vector_size(BS_BYTES), aligned(sizeof(
 BS_INLINE void FN(transpose)(V *r) /* the block in each half of r[0 .. BS_BLOCK - 1]; its own inverse */
 {
 #if BS_BITS == 64
-    V low = BS_LOW(r[0], r[1]), high = BS_HIGH(r[0], r[1]);
-    r[0] = low, r[1] = high;
+  V low = BS_LOW(r[0], r[1]), high = BS_HIGH(r[0], r[1]);
+  r[0] = low, r[1] = high;
 #else
-    V low01 = BS_LOW(r[0], r[1]), high01 = BS_HIGH(r[0], r[1]);
-    V low23 = BS_LOW(r[2], r[3]), high23 = BS_HIGH(r[2], r[3]);
-    r[0] = BS_LOW2(low01, low23), r[1] = BS_HIGH2(low01, low23);
-    r[2] = BS_LOW2(high01, high23), r[3] = BS_HIGH2(high01, high23);
+  V low01 = BS_LOW(r[0], r[1]), high01 = BS_HIGH(r[0], r[1]);
+  V low23 = BS_LOW(r[2], r[3]), high23 = BS_HIGH(r[2], r[3]);
+  r[0] = BS_LOW2(low01, low23), r[1] = BS_HIGH2(low01, low23);
+  r[2] = BS_LOW2(high01, high23), r[3] = BS_HIGH2(high01, high23);
 #endif
 }
 
-BS_INLINE BS_HALF FN(load_half)(const S *src)
-{
-    return (BS_HALF)(*(const FN(loose) *)src);
-}
+BS_INLINE BS_HALF FN(load_half)(const S *src) { return (BS_HALF)(*(const FN(loose) *)src); }
 
-BS_INLINE void FN(store_half)(S *dst, BS_HALF v)
-{
-    *(FN(loose) *)dst = (FN(loose))v;
-}
+BS_INLINE void FN(store_half)(S *dst, BS_HALF v) { *(FN(loose) *)dst = (FN(loose))v; }
 
 #if BS_BYTES == 32 /* gcc folds a memory operand into the instruction only when it is called by name */
 BS_INLINE V FN(join)(BS_HALF a, BS_HALF b)
 {
 #if defined(__clang__) && BS_BITS == 64
-    return __builtin_shufflevector(a, b, 0, 1, 2, 3);
+  return __builtin_shufflevector(a, b, 0, 1, 2, 3);
 #elif defined(__clang__)
-    return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
+  return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
 #elif BS_BITS == 64
-    return __builtin_ia32_vinsertf128_pd256(__builtin_ia32_pd256_pd(a), b, 1);
+  return __builtin_ia32_vinsertf128_pd256(__builtin_ia32_pd256_pd(a), b, 1);
 #else
-    return __builtin_ia32_vinsertf128_ps256(__builtin_ia32_ps256_ps(a), b, 1);
+  return __builtin_ia32_vinsertf128_ps256(__builtin_ia32_ps256_ps(a), b, 1);
 #endif
 }
 
 BS_INLINE BS_HALF FN(lower)(V v)
 {
 #if defined(__clang__) && BS_BITS == 64
-    return __builtin_shufflevector(v, v, 0, 1);
+  return __builtin_shufflevector(v, v, 0, 1);
 #elif defined(__clang__)
-    return __builtin_shufflevector(v, v, 0, 1, 2, 3);
+  return __builtin_shufflevector(v, v, 0, 1, 2, 3);
 #elif BS_BITS == 64
-    return __builtin_ia32_pd_pd256(v);
+  return __builtin_ia32_pd_pd256(v);
 #else
-    return __builtin_ia32_ps_ps256(v);
+  return __builtin_ia32_ps_ps256(v);
 #endif
 }
 
 BS_INLINE BS_HALF FN(upper)(V v)
 {
 #if defined(__clang__) && BS_BITS == 64
-    return __builtin_shufflevector(v, v, 2, 3);
+  return __builtin_shufflevector(v, v, 2, 3);
 #elif defined(__clang__)
-    return __builtin_shufflevector(v, v, 4, 5, 6, 7);
+  return __builtin_shufflevector(v, v, 4, 5, 6, 7);
 #elif BS_BITS == 64
-    return __builtin_ia32_vextractf128_pd256(v, 1);
+  return __builtin_ia32_vextractf128_pd256(v, 1);
 #else
-    return __builtin_ia32_vextractf128_ps256(v, 1);
+  return __builtin_ia32_vextractf128_ps256(v, 1);
 #endif
 }
 #endif
@@ -151,150 +143,133 @@ BS_INLINE BS_HALF FN(upper)(V v)
 /* Columns j .. j + BS_BLOCK - 1 of the rows that start at src + start[l]. */
 BS_INLINE void FN(load_block)(V *dst, const S *src, const ptrdiff_t *start, int j)
 {
-    V r[BS_BLOCK];
-    BS_UNROLL
-    for (int l = 0; l < BS_BLOCK; l++) {
+  V r[BS_BLOCK];
+  BS_UNROLL
+  for (int l = 0; l < BS_BLOCK; l++) {
 #if BS_BYTES == 32
-        r[l] = FN(join)(FN(load_half)(src + start[l] + j), FN(load_half)(src + start[l + BS_BLOCK] + j));
+    r[l] = FN(join)(FN(load_half)(src + start[l] + j), FN(load_half)(src + start[l + BS_BLOCK] + j));
 #else
-        r[l] = FN(load_half)(src + start[l] + j);
+    r[l] = FN(load_half)(src + start[l] + j);
 #endif
-    }
-    FN(transpose)(r);
-    BS_UNROLL
-    for (int i = 0; i < BS_BLOCK; i++)
-        dst[j + i] = r[i];
+  }
+  FN(transpose)(r);
+  BS_UNROLL
+  for (int i = 0; i < BS_BLOCK; i++) dst[j + i] = r[i];
 }
 
 /* The last row first: where several lanes share a row, the one that lies in it writes last. */
 BS_INLINE void FN(store_block)(S *dst, const V *src, const ptrdiff_t *start, int j)
 {
-    V r[BS_BLOCK];
-    BS_UNROLL
-    for (int i = 0; i < BS_BLOCK; i++)
-        r[i] = src[j + i];
-    FN(transpose)(r);
+  V r[BS_BLOCK];
+  BS_UNROLL
+  for (int i = 0; i < BS_BLOCK; i++) r[i] = src[j + i];
+  FN(transpose)(r);
 #if BS_BYTES == 32
-    BS_UNROLL
-    for (int l = BS_BLOCK - 1; l >= 0; l--)
-        FN(store_half)(dst + start[l + BS_BLOCK] + j, FN(upper)(r[l]));
-    BS_UNROLL
-    for (int l = BS_BLOCK - 1; l >= 0; l--)
-        FN(store_half)(dst + start[l] + j, FN(lower)(r[l]));
+  BS_UNROLL
+  for (int l = BS_BLOCK - 1; l >= 0; l--) FN(store_half)(dst + start[l + BS_BLOCK] + j, FN(upper)(r[l]));
+  BS_UNROLL
+  for (int l = BS_BLOCK - 1; l >= 0; l--) FN(store_half)(dst + start[l] + j, FN(lower)(r[l]));
 #else
-    BS_UNROLL
-    for (int l = BS_BLOCK - 1; l >= 0; l--)
-        FN(store_half)(dst + start[l] + j, r[l]);
+  BS_UNROLL
+  for (int l = BS_BLOCK - 1; l >= 0; l--) FN(store_half)(dst + start[l] + j, r[l]);
 #endif
 }
 
 #if BS_SQUARE
 BS_INLINE void FN(transpose_square)(V *r)
 {
-    V low01 = BS_LOW(r[0], r[1]), high01 = BS_HIGH(r[0], r[1]);
-    V low23 = BS_LOW(r[2], r[3]), high23 = BS_HIGH(r[2], r[3]);
-    r[0] = BS_SHUFFLE(low01, low23, 0, 1, 4, 5), r[1] = BS_SHUFFLE(high01, high23, 0, 1, 4, 5);
-    r[2] = BS_SHUFFLE(low01, low23, 2, 3, 6, 7), r[3] = BS_SHUFFLE(high01, high23, 2, 3, 6, 7);
+  V low01 = BS_LOW(r[0], r[1]), high01 = BS_HIGH(r[0], r[1]);
+  V low23 = BS_LOW(r[2], r[3]), high23 = BS_HIGH(r[2], r[3]);
+  r[0] = BS_SHUFFLE(low01, low23, 0, 1, 4, 5), r[1] = BS_SHUFFLE(high01, high23, 0, 1, 4, 5);
+  r[2] = BS_SHUFFLE(low01, low23, 2, 3, 6, 7), r[3] = BS_SHUFFLE(high01, high23, 2, 3, 6, 7);
 }
 
 BS_INLINE void FN(load_square)(V *dst, const S *src, const ptrdiff_t *start, int j)
 {
-    V r[W];
-    BS_UNROLL
-    for (int l = 0; l < W; l++)
-        r[l] = (V)(*(const FN(loose_vector) *)(src + start[l] + j));
-    FN(transpose_square)(r);
-    BS_UNROLL
-    for (int i = 0; i < W; i++)
-        dst[j + i] = r[i];
+  V r[W];
+  BS_UNROLL
+  for (int l = 0; l < W; l++) r[l] = (V)(*(const FN(loose_vector) *)(src + start[l] + j));
+  FN(transpose_square)(r);
+  BS_UNROLL
+  for (int i = 0; i < W; i++) dst[j + i] = r[i];
 }
 
 BS_INLINE void FN(store_square)(S *dst, const V *src, const ptrdiff_t *start, int j)
 {
-    V r[W];
-    BS_UNROLL
-    for (int i = 0; i < W; i++)
-        r[i] = src[j + i];
-    FN(transpose_square)(r);
-    BS_UNROLL
-    for (int l = W - 1; l >= 0; l--)
-        *(FN(loose_vector) *)(dst + start[l] + j) = (FN(loose_vector))r[l];
+  V r[W];
+  BS_UNROLL
+  for (int i = 0; i < W; i++) r[i] = src[j + i];
+  FN(transpose_square)(r);
+  BS_UNROLL
+  for (int l = W - 1; l >= 0; l--) *(FN(loose_vector) *)(dst + start[l] + j) = (FN(loose_vector))r[l];
 }
 #endif
 
 /* Number by number: rows shorter than a block, where they need not lie one behind the other. */
 BS_INLINE void FN(load_narrow)(V *dst, const S *src, const ptrdiff_t *start, int k)
 {
+  BS_UNROLL
+  for (int j = 0; j < k; j++) {
+    V column = SPLAT(src[start[0] + j]);
     BS_UNROLL
-    for (int j = 0; j < k; j++) {
-        V column = SPLAT(src[start[0] + j]);
-        BS_UNROLL
-        for (int l = 1; l < W; l++)
-            column[l] = src[start[l] + j];
-        dst[j] = column;
-    }
+    for (int l = 1; l < W; l++) column[l] = src[start[l] + j];
+    dst[j] = column;
+  }
 }
 
 BS_INLINE void FN(store_narrow)(S *dst, const V *src, const ptrdiff_t *start, int k)
 {
+  BS_UNROLL
+  for (int j = 0; j < k; j++) {
     BS_UNROLL
-    for (int j = 0; j < k; j++) {
-        BS_UNROLL
-        for (int l = W - 1; l >= 0; l--)
-            dst[start[l] + j] = src[j][l];
-    }
+    for (int l = W - 1; l >= 0; l--) dst[start[l] + j] = src[j][l];
+  }
 }
 
 BS_INLINE void FN(load_at)(V *dst, const S *src, const ptrdiff_t *start, int k)
 {
-    int j = 0;
-    if (k < BS_BLOCK) {
-        FN(load_narrow)(dst, src, start, k);
-        return;
-    }
+  int j = 0;
+  if (k < BS_BLOCK) {
+    FN(load_narrow)(dst, src, start, k);
+    return;
+  }
 #if BS_SQUARE
-    BS_UNROLL
-    for (; j + W <= k; j += W)
-        FN(load_square)(dst, src, start, j);
+  BS_UNROLL
+  for (; j + W <= k; j += W) FN(load_square)(dst, src, start, j);
 #endif
-    BS_UNROLL
-    for (; j + BS_BLOCK <= k; j += BS_BLOCK)
-        FN(load_block)(dst, src, start, j);
-    if (j < k)
-        FN(load_block)(dst, src, start, k - BS_BLOCK);
+  BS_UNROLL
+  for (; j + BS_BLOCK <= k; j += BS_BLOCK) FN(load_block)(dst, src, start, j);
+  if (j < k) FN(load_block)(dst, src, start, k - BS_BLOCK);
 }
 
 BS_INLINE void FN(store_at)(S *dst, const V *src, const ptrdiff_t *start, int k)
 {
-    int j = 0;
-    if (k < BS_BLOCK) {
-        FN(store_narrow)(dst, src, start, k);
-        return;
-    }
+  int j = 0;
+  if (k < BS_BLOCK) {
+    FN(store_narrow)(dst, src, start, k);
+    return;
+  }
 #if BS_SQUARE
-    BS_UNROLL
-    for (; j + W <= k; j += W)
-        FN(store_square)(dst, src, start, j);
+  BS_UNROLL
+  for (; j + W <= k; j += W) FN(store_square)(dst, src, start, j);
 #endif
-    BS_UNROLL
-    for (; j + BS_BLOCK <= k; j += BS_BLOCK)
-        FN(store_block)(dst, src, start, j);
-    if (j < k)
-        FN(store_block)(dst, src, start, k - BS_BLOCK);
+  BS_UNROLL
+  for (; j + BS_BLOCK <= k; j += BS_BLOCK) FN(store_block)(dst, src, start, j);
+  if (j < k) FN(store_block)(dst, src, start, k - BS_BLOCK);
 }
 
 #if BS_BITS == 32
 /* Two numbers a row: W rows are two vectors. */
 BS_INLINE void FN(load_twos)(V *dst, const S *src)
 {
-    V a = (V)(*(const FN(loose_vector) *)src), b = (V)(*(const FN(loose_vector) *)(src + W));
-    dst[0] = BS_EVEN(a, b), dst[1] = BS_ODD(a, b);
+  V a = (V)(*(const FN(loose_vector) *)src), b = (V)(*(const FN(loose_vector) *)(src + W));
+  dst[0] = BS_EVEN(a, b), dst[1] = BS_ODD(a, b);
 }
 
 BS_INLINE void FN(store_twos)(S *dst, const V *src)
 {
-    *(FN(loose_vector) *)dst = (FN(loose_vector))BS_FIRST(src[0], src[1]);
-    *(FN(loose_vector) *)(dst + W) = (FN(loose_vector))BS_SECOND(src[0], src[1]);
+  *(FN(loose_vector) *)dst = (FN(loose_vector))BS_FIRST(src[0], src[1]);
+  *(FN(loose_vector) *)(dst + W) = (FN(loose_vector))BS_SECOND(src[0], src[1]);
 }
 
 /* Three numbers a row: a block of four reaches into the next row. The last row has none behind it: it is loaded
@@ -302,105 +277,99 @@ BS_INLINE void FN(store_twos)(S *dst, const V *src)
  * overwrites what the row before left in it. */
 BS_INLINE void FN(load_threes)(V *dst, const S *src)
 {
-    BS_HALF piece[W];
-    V r[BS_BLOCK];
-    BS_UNROLL
-    for (int l = 0; l < W - 1; l++)
-        piece[l] = FN(load_half)(src + 3 * l);
-    BS_HALF last = FN(load_half)(src + 3 * (W - 1) - 1);
-    piece[W - 1] = (BS_HALF){last[1], last[2], last[3], last[3]};
-    BS_UNROLL
-    for (int l = 0; l < BS_BLOCK; l++) {
+  BS_HALF piece[W];
+  V r[BS_BLOCK];
+  BS_UNROLL
+  for (int l = 0; l < W - 1; l++) piece[l] = FN(load_half)(src + 3 * l);
+  BS_HALF last = FN(load_half)(src + 3 * (W - 1) - 1);
+  piece[W - 1] = (BS_HALF){last[1], last[2], last[3], last[3]};
+  BS_UNROLL
+  for (int l = 0; l < BS_BLOCK; l++) {
 #if BS_BYTES == 32
-        r[l] = FN(join)(piece[l], piece[l + BS_BLOCK]);
+    r[l] = FN(join)(piece[l], piece[l + BS_BLOCK]);
 #else
-        r[l] = piece[l];
+    r[l] = piece[l];
 #endif
-    }
-    FN(transpose)(r);
-    dst[0] = r[0], dst[1] = r[1], dst[2] = r[2];
+  }
+  FN(transpose)(r);
+  dst[0] = r[0], dst[1] = r[1], dst[2] = r[2];
 }
 
 BS_INLINE void FN(store_threes)(S *dst, const V *src)
 {
-    V r[BS_BLOCK] = {src[0], src[1], src[2], src[2]};
-    FN(transpose)(r);
-    BS_UNROLL
-    for (int l = 0; l < W - 1; l++) {
+  V r[BS_BLOCK] = {src[0], src[1], src[2], src[2]};
+  FN(transpose)(r);
+  BS_UNROLL
+  for (int l = 0; l < W - 1; l++) {
 #if BS_BYTES == 32
-        FN(store_half)(dst + 3 * l, l < BS_BLOCK ? FN(lower)(r[l]) : FN(upper)(r[l % BS_BLOCK]));
+    FN(store_half)(dst + 3 * l, l < BS_BLOCK ? FN(lower)(r[l]) : FN(upper)(r[l % BS_BLOCK]));
 #else
-        FN(store_half)(dst + 3 * l, r[l]);
+    FN(store_half)(dst + 3 * l, r[l]);
 #endif
-    }
-    BS_UNROLL
-    for (int j = 0; j < 3; j++)
-        dst[3 * (W - 1) + j] = src[j][W - 1];
+  }
+  BS_UNROLL
+  for (int j = 0; j < 3; j++) dst[3 * (W - 1) + j] = src[j][W - 1];
 }
 #endif
 
 BS_INLINE void FN(load_rows)(V *dst, const S *src, int k)
 {
-    if (k == 1) {
-        dst[0] = (V)(*(const FN(loose_vector) *)src);
-        return;
-    }
+  if (k == 1) {
+    dst[0] = (V)(*(const FN(loose_vector) *)src);
+    return;
+  }
 #if BS_BITS == 32
-    if (k == 2) {
-        FN(load_twos)(dst, src);
-        return;
-    }
-    if (k == 3) {
-        FN(load_threes)(dst, src);
-        return;
-    }
+  if (k == 2) {
+    FN(load_twos)(dst, src);
+    return;
+  }
+  if (k == 3) {
+    FN(load_threes)(dst, src);
+    return;
+  }
 #endif
-    ptrdiff_t start[W];
-    BS_UNROLL
-    for (int l = 0; l < W; l++)
-        start[l] = (ptrdiff_t)l * k;
-    FN(load_at)(dst, src, start, k);
+  ptrdiff_t start[W];
+  BS_UNROLL
+  for (int l = 0; l < W; l++) start[l] = (ptrdiff_t)l * k;
+  FN(load_at)(dst, src, start, k);
 }
 
 BS_INLINE void FN(store_rows)(S *dst, const V *src, int k)
 {
-    if (k == 1) {
-        *(FN(loose_vector) *)dst = (FN(loose_vector))src[0];
-        return;
-    }
+  if (k == 1) {
+    *(FN(loose_vector) *)dst = (FN(loose_vector))src[0];
+    return;
+  }
 #if BS_BITS == 32
-    if (k == 2) {
-        FN(store_twos)(dst, src);
-        return;
-    }
-    if (k == 3) {
-        FN(store_threes)(dst, src);
-        return;
-    }
+  if (k == 2) {
+    FN(store_twos)(dst, src);
+    return;
+  }
+  if (k == 3) {
+    FN(store_threes)(dst, src);
+    return;
+  }
 #endif
-    ptrdiff_t start[W];
-    BS_UNROLL
-    for (int l = 0; l < W; l++)
-        start[l] = (ptrdiff_t)l * k;
-    FN(store_at)(dst, src, start, k);
+  ptrdiff_t start[W];
+  BS_UNROLL
+  for (int l = 0; l < W; l++) start[l] = (ptrdiff_t)l * k;
+  FN(store_at)(dst, src, start, k);
 }
 
 BS_INLINE void FN(load_tail)(V *dst, const S *src, int k, int rows)
 {
-    ptrdiff_t start[W];
-    BS_UNROLL
-    for (int l = 0; l < W; l++)
-        start[l] = (ptrdiff_t)(l < rows ? l : rows - 1) * k;
-    FN(load_at)(dst, src, start, k);
+  ptrdiff_t start[W];
+  BS_UNROLL
+  for (int l = 0; l < W; l++) start[l] = (ptrdiff_t)(l < rows ? l : rows - 1) * k;
+  FN(load_at)(dst, src, start, k);
 }
 
 BS_INLINE void FN(store_tail)(S *dst, const V *src, int k, int rows)
 {
-    ptrdiff_t start[W];
-    BS_UNROLL
-    for (int l = 0; l < W; l++)
-        start[l] = (ptrdiff_t)(l < rows ? l : rows - 1) * k;
-    FN(store_at)(dst, src, start, k);
+  ptrdiff_t start[W];
+  BS_UNROLL
+  for (int l = 0; l < W; l++) start[l] = (ptrdiff_t)(l < rows ? l : rows - 1) * k;
+  FN(store_at)(dst, src, start, k);
 }
 
 #undef BS_BLOCK
@@ -419,7 +388,13 @@ BS_INLINE void FN(store_tail)(S *dst, const V *src, int k, int rows)
 
 BS_INLINE void FN(load_broadcast)(V *dst, const S *src, int k)
 {
-    BS_UNROLL
-    for (int j = 0; j < k; j++)
-        dst[j] = SPLAT(src[j]);
+  BS_UNROLL
+  for (int j = 0; j < k; j++) dst[j] = SPLAT(src[j]);
+}
+
+/* And back: what all lanes have. */
+BS_INLINE void FN(store_lane)(S *dst, const V *src, int k)
+{
+  BS_UNROLL
+  for (int j = 0; j < k; j++) dst[j] = BS_LANE(src[j], 0);
 }

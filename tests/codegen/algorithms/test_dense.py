@@ -22,6 +22,15 @@ def solved(a: InOut[Matrix[6, 6]], b: InOut[Vector[6]]) -> None:
 
 
 @algorithm
+def eliminated(a: InOut[Matrix[6, 6]], b: InOut[Vector[6]]) -> None:
+    """Solve by elimination."""
+    order = empty(6)
+    scales = empty(6)
+    dense.factor(a, order, scales)
+    dense.solve_factored(a, order, scales, b)
+
+
+@algorithm
 def eigen(a: InOut[Matrix[4, 4]], v: Out[Matrix[4, 4]]) -> None:
     """All eigenvectors."""
     dense.diagonalize(a, v, 4)
@@ -80,6 +89,18 @@ def test_a_semidefinite_matrix_gives_zeros_and_no_infinity() -> None:
     factor, x = solved(a, a @ np.ones(6))
     assert np.isfinite(factor).all() and np.isfinite(x).all()
     assert np.abs(a @ x - a @ np.ones(6)).max() < 1e-14
+
+
+@pytest.mark.parametrize("rows", [0.0, 8.0])
+def test_elimination_is_blind_to_the_sizes_of_rows(rows: float) -> None:
+    """Errors are those of the matrix without its scales."""
+    rng = np.random.default_rng(5)
+    plain, x = rng.normal(size=(200, 6, 6)), rng.normal(size=(200, 6))
+    plain[::2] *= rng.random((6, 6)) < 0.7  # pivots that are zero
+    plain[:, range(6), range(5, -1, -1)] += 4.0
+    a = 10.0 ** rng.uniform(-rows, rows, (200, 6))[:, :, None] * plain
+    _, found = eliminated(a, np.einsum("nij,nj->ni", a, x))
+    assert (np.abs(found - x).max(1) < 1e-14 * np.linalg.cond(plain) * np.abs(x).max(1)).all()
 
 
 @pytest.mark.parametrize("spread", [0.0, 3.0])

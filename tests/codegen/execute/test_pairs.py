@@ -1,4 +1,4 @@
-"""Kernels on all pairs of rows, and nearest rows: compiled loops, numba and columns against plain loops over items."""
+"""Kernels on all pairs of rows, and nearest rows: compiled loops, numba, columns, CUDA, against plain loops."""
 
 from __future__ import annotations
 
@@ -9,15 +9,20 @@ import pytest
 
 from bladesmith import cga3d as cga
 from bladesmith import codegen, errors
+from bladesmith.codegen.execute.cuda_driver import CudaKernel, CudaModule
 from bladesmith.codegen.execute.pairs import all_pairs, nearest
 from bladesmith.codegen.formulas.products.outcome import outcome, where_or_nan
+from bladesmith.codegen.targets.c.printer import symbol
+from bladesmith.codegen.trace.kernel import interface
 from bladesmith.common import parallel
 from bladesmith.status import Status
+
+from ...support import cuda as cuda_support
 
 RANDOM = np.random.default_rng(5)
 #: Below, at and beyond the rows that the compiled loops take at a time.
 COUNTS = (1, 7, 255, 256, 257, 600)
-TARGETS = ("c", pytest.param("numba", marks=pytest.mark.peers), "numpy")
+TARGETS = ("c", pytest.param("numba", marks=pytest.mark.peers), "numpy", pytest.param("cuda", marks=pytest.mark.gpu))
 
 
 @codegen.kernel(cga.kind("euclidean"), cga.kind("euclidean"))
@@ -37,6 +42,10 @@ def difference(a: Any, b: Any) -> Any:
 
 
 def bound(kernel: Any, target: str, *arrays: np.ndarray) -> Any:
+    if target == "cuda":  # behind a stand-in for the GPU
+        variant = kernel.variant
+        device = cuda_support.stand_in_of_kernels(f"pairs_{kernel.name}_stand_in", [variant])
+        return CudaKernel(CudaModule(device, b"no image"), symbol(variant.kernel), *interface(variant.kernel))
     return kernel.bound(target, arrays)
 
 

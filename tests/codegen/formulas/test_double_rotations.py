@@ -105,6 +105,7 @@ def full_turns() -> list[Array]:
     return [np.array([float(v) for v in EVEN.values(-x)]) for x in rest]
 
 
+@pytest.mark.slow
 def test_full_turns_have_a_commuting_plane() -> None:
     r = np.array(full_turns())
     log, status = compiled(invariant.log_rotor, EVEN)(r)

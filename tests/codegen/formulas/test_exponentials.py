@@ -112,6 +112,7 @@ def test_log_undoes_the_series(name: str, kind: str) -> None:
     assert worst(name, np.linalg.norm(error[:, translation], axis=1), condition * length / 2) < LOG_ULPS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SPATIAL)
 def test_square_root_is_half_the_motion(name: str) -> None:
     algebra = stock(name)

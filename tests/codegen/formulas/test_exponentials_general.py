@@ -140,6 +140,7 @@ def test_rotors_in_general_position() -> None:
     assert largest([square_error(EVEN, x, y) for x, y in zip(root, r, strict=True)], list(b)) < allowed
 
 
+@pytest.mark.slow
 def test_what_is_no_rotor_is_invalid() -> None:
     r = compiled(invariant.exp_bivector, BIVECTOR)(oblique()[:12])
     bad = np.concatenate([2 * r, r + 1e-3, 0 * r, np.full((1, 16), np.nan), np.full((1, 16), np.inf)])

@@ -178,6 +178,7 @@ FAMILIES = (
 )
 
 
+@pytest.mark.slow
 def test_touching_circles_with_integer_coordinates() -> None:
     a, b = integer_circles(np.random.default_rng(1), 5000)
     *errors, known = worst(objects.rotor_between(a, b))
@@ -231,6 +232,7 @@ def small_families() -> list[Any]:
     return [objects.rotor_between(*pair) for pair in pairs]
 
 
+@pytest.mark.slow
 def test_logarithms_at_50_digits() -> None:
     """log of the rotor as it is given, to |R|^3 and |B|: what rounding of R and of B does."""
     for r in small_families():
@@ -243,6 +245,7 @@ def test_logarithms_at_50_digits() -> None:
                 assert (error <= 1e-13 * shared(size)[:, 0]).all()
 
 
+@pytest.mark.slow
 def test_exponentials_at_50_digits() -> None:
     for r in small_families():
         log = r.log()

@@ -44,7 +44,7 @@ from ...oracles.exact_rings import exact_items
 CONSTANT = 8.0
 ITEMS = 24
 #: Kernels whose numbers are high powers of lengths.
-OVERFLOWING = ("delta_motion",)
+OVERFLOWING = ("delta_motion", "piece_pose")
 #: Rounding of 50 digits where the exact answer is zero.
 ORACLE = 1e-45
 

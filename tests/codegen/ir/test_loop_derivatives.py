@@ -25,6 +25,7 @@ from bladesmith.codegen.language import (
     empty,
     exp,
     log,
+    record,
     sin,
     sqrt,
     zeros,
@@ -203,3 +204,87 @@ def test_directions_are_counted() -> None:
     with pytest.raises(errors.InputError, match="1 directions, not 2 in all"):
         loops.derivative("x")(np.zeros(4), 3)
     assert "d_x" in loops.derivative("x").source("c")
+
+
+# -- declared derivatives ----------------------------------------------------------------------------------------------
+
+
+@algorithm
+def damped_along(a: Vector[2], n: Int, d_a: Vector[2]) -> tuple[Real, Real]:
+    """The fixed point x = a0 cos(x) + a1 and its tangent there."""
+    x = 0.0
+    for _ in range(n):
+        x = a[0] * cos(x) + a[1]
+    return x, (d_a[0] * cos(x) + d_a[1]) / (1.0 + a[0] * sin(x))
+
+
+@algorithm(tangent=damped_along)
+def damped(a: Vector[2], n: Int) -> Real:
+    """The fixed point x = a0 cos(x) + a1."""
+    x = 0.0
+    for _ in range(n):
+        x = a[0] * cos(x) + a[1]
+    return x
+
+
+@algorithm(still=True)
+def rounding(x: Real) -> Real:
+    """What does not vary."""
+    return abs(x) * 1e-16
+
+
+@algorithm
+def around(a: Vector[2], n: Int, out: Out[Vector[2]]) -> Real:
+    """Both of them inside a text that varies."""
+    x = damped(a, n)
+    out[0] = x * x
+    off = rounding(x)
+    out[1] = off * 1e16
+    return x + 3.0 * off
+
+
+def test_declared_derivatives() -> None:
+    """Against the text's at 60 digits; what is still adds nothing."""
+    a, d_a, steps = np.array([0.3, 0.7]), np.array([0.2, -0.4]), 60
+    context = mpmath.mp.clone()
+    context.dps = DIGITS
+    (expected,) = differences(damped, (a, 300), {"a": d_a}, context)
+    out, d_out, x, dx = around.derivative("a")(a, steps, d_a)
+    assert np.allclose([dx, d_out[0]], [expected, 2 * x * expected], rtol=1e-14)
+    assert d_out[1] == 0.0 and np.isclose(out[1], abs(x), rtol=1e-15)
+    assert np.isclose(damped(a, steps), x, rtol=1e-15)
+    assert np.isclose(damped.derivative("a")(a, steps, d_a)[1], expected, rtol=1e-14)
+    assert "damped_along" in around.derivative("a").source("c")
+
+
+def test_declared_derivatives_have_the_same_parameters() -> None:
+    with pytest.raises(errors.AlgorithmError, match="no derivative of wrong"):
+
+        @algorithm(tangent=damped_along)
+        def wrong(b: Vector[2], n: Int) -> Real:
+            """Another name."""
+            return b[0]
+
+    with pytest.raises(errors.AlgorithmError, match="Return 4"):
+
+        @algorithm(tangent=damped_along)
+        def more(a: Vector[2], n: Int) -> tuple[Real, Real]:
+            """More results."""
+            return a[0], a[1]
+
+        more.derivative("a")(np.ones(2), 3, np.ones(2))
+
+
+Pair = record("Pair", fixed=Vector[3], moving=Vector[3]).with_still("fixed")
+
+
+@algorithm
+def of_record(pair: Pair, out: Out[Vector[3]]) -> None:
+    """A kernel of a field that derivatives take for constant, and of another."""
+    out[:] = cross(pair.fixed, pair.moving, 2.0)
+
+
+def test_fields_that_are_still() -> None:
+    a, b, db = rng.normal(size=(3, 3))
+    _, tangent = of_record.derivative("pair")(np.concatenate([a, b]), np.concatenate([np.ones(3), db]))
+    assert np.allclose(tangent, cross(a, db, 2.0), rtol=1e-15)

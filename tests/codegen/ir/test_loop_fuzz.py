@@ -57,7 +57,8 @@ class Grammar(random.Random):
             f"({a} + {b})", f"({a} - {b})", f"{self.integer(0)} * {b}", f"-{b}", f"abs({a} - {b})", divided, divided,
             f"({a}) {self.choice(('//', '%'))} {self.choice((-3, 2, 5))}", f"min({a}, {b})", f"max({a}, {b})",
             f"({a} if {self.condition(depth - 1)} else {b})", f"n[({a}) % 4]", f"{a} - {b} - {c}", f"{a} - ({b} - {c})",
-            "(int({0}) if abs({0}) < 1e6 else {1})".format(self.real(0), b),
+            "(int({0}) if abs({0}) < 1e6 else {1})".format(self.real(0), b), f"({a} {self.choice('&|^')} {b})",
+            f"({a}) {self.choice(('<<', '>>'))} {self.randint(0, 5)}", f"({a}) >> ({b} & 7)",
         ))  # fmt: skip
 
     def real(self, depth: int) -> str:
@@ -86,7 +87,8 @@ class Grammar(random.Random):
         if depth == 0:
             return self.choice(leaves)
         p, q = self.condition(depth - 1), self.condition(depth - 1)
-        return self.choice((*leaves, f"({p} and {q})", f"({p} or {q})", f"not ({p})", f"(not ({p}) or {q} and {p})"))
+        return self.choice((*leaves, f"({p} and {q})", f"({p} or {q})", f"not ({p})", f"(not ({p}) or {q} and {p})",
+                            f"(({p}) {self.choice('&|^')} ({q}))"))  # fmt: skip
 
     def statement(self, depth: int, in_loop: bool) -> list[str]:
         i, r, k = f"i{self.randint(0, 2)}", f"r{self.randint(0, 2)}", self.integer(1)

@@ -142,3 +142,20 @@ def test_two_results_of_a_kernel_in_one_array() -> None:
     assert first == 2.0 * s[0]
     assert np.allclose(found[0], rows[0][[1, 2, 0]] * square, rtol=1e-15)
     assert np.allclose(found[1], [*rows[1][:2], rows[0, 0] ** 2], rtol=1e-15)
+
+
+def test_names_at_their_longest() -> None:
+    """Names that derivatives make of them are shortened, and stay different; longer ones are refused when declared."""
+    name = "a" * 64
+
+    def formula(m, x):
+        return m * x * ~m
+
+    formula.__name__ = name
+    kernel = codegen.kernel(cga.kind("motor"), cga.kind("point"))(formula)
+    names = {kernel.tangent_signature(varying).symbol for varying in (("m",), ("x",), ("m", "x"))}
+    names |= {kernel.derivative("m").name, kernel.derivative("x").name}
+    assert len(names) == 5 and all(len(each.removeprefix("cga3d_")) <= 64 for each in names)
+    formula.__name__ += "a"
+    with pytest.raises(bs.errors.TraceError, match=r"64 at most.*name=\.\.\."):
+        codegen.kernel(cga.kind("motor"), cga.kind("point"))(formula)

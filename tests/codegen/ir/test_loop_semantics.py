@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import mpmath
 import numpy as np
@@ -32,10 +32,13 @@ from bladesmith.codegen.language import (
     empty,
     epsilon,
     exp,
+    int_empty,
     int_zeros,
+    largest,
     log,
     sin,
     sqrt,
+    unrolled,
     zeros,
 )  # fmt: skip
 from bladesmith.codegen.programs.algorithms import algorithm_extension
@@ -59,6 +62,12 @@ def arithmetic(x: Vector[4], n: Int, m: Int, flag: Bool, out: Out[Vector[8]]) ->
     out[6] = 1.0 if a == b else (2.0 if (a < b) and (c < d or flag) else 3.0)
     out[7] = a / (b * c) / d
     return n // m - 7 // 2, n % m + min(n, m) * abs(m), (int(a * 10.0) if abs(a) < 1e6 else -1) + 0.5
+
+
+@algorithm
+def whole(a: Int, b: Int, out: Out[IntVector[8]]) -> None:
+    """Integers that may leave 64 bits."""
+    out[:] = (a + b, a - b, a * b, -a, abs(a), a // b, a % b, a * 2 // 2)
 
 
 @algorithm
@@ -148,6 +157,21 @@ def parts(x: InOut[Reals], work: InOut[Rows[2]], fixed: Vector[5], integers: Int
 
 
 @algorithm
+def ends_of_rows(rows: Rows[2]) -> Real:
+    """The first number of rows, the last one, and how many rows there are."""
+    return rows[0, 0] - rows[len(rows) - 1, 1] / 3.0 + float(len(rows))
+
+
+@algorithm
+def tails(x: Reals, table: InOut[Rows[3]], at: Int) -> Real:
+    """What is behind a place: numbers as rows, an odd one left out, and rows that are changed."""
+    rest = x[at:]
+    rows = table[1:]
+    rows[0, 2] = float(len(rest))
+    return ends_of_rows(x[at:]) + 2.0 * ends_of_rows(rest[1:])
+
+
+@algorithm
 def weighted(x: Vector, kind: Static, weights: Static) -> Real:
     """Static branches and loops over static tuples; any size."""
     total = 0.0
@@ -222,6 +246,43 @@ def kind_of_static(x: Real, value: Static) -> Real:
     return total
 
 
+class Kind(NamedTuple):
+    """A static value that holds an algorithm."""
+
+    label: str
+    steps: int
+    measure: Any
+
+
+KIND = Kind("weighed", 3, pair)
+
+
+@algorithm
+def bitwise(x: Vector[6], n: Int, m: Int, flag: Bool, out: Out[IntVector[4]]) -> tuple[Real, Bool]:
+    """Integers and truth values bit by bit, loops that are written out, and the largest number."""
+    order = int_empty(6)
+    for i in unrolled(6):
+        order[i] = (i + n) & 3
+    out[0] = (n & m) + (n | m) * 2 - (n ^ m) // 3
+    out[1] = 1 if n & 1 == 1 | m ^ n else 0
+    is_odd = (n & 1 == 1) ^ flag
+    out[2] = 1 if is_odd | (x[0] < x[1]) & (x[2] < 0.0) else 0
+    out[3] = 0
+    for i in unrolled(1, 20):
+        out[3] += i * order[i & 3]
+    return min(largest(), x[order[2]] * 1e308) / 2.0, is_odd and not (flag ^ (x[3] < 0.0))
+
+
+@algorithm
+def with_kind(x: Vector[3], kind: Static) -> Real:
+    """An algorithm and a number of a static value."""
+    total = 0.0
+    for i in unrolled(kind.steps):
+        a, n, is_less = kind.measure(x[i], float(i), True)
+        total += a * float(n) if not is_less else 0.5
+    return total
+
+
 rng = np.random.default_rng(5)
 SPECIAL = np.array([0.0, -0.0, 1.0, -1.0, np.inf, -np.inf, np.nan, 1e-310, 1e300])
 
@@ -246,6 +307,7 @@ CASES: list[tuple[Any, tuple[Any, ...], tuple[Any, ...]]] = [
         ),
         (),
     ),
+    (tails, (rng.normal(size=(9, 8)), rng.normal(size=(9, 2, 3)), rng.integers(0, 4, 9)), ()),
     (elementary, (rng.normal(size=50), rng.normal(size=50)), ()),
     (pair, (rng.normal(size=20), rng.normal(size=20), np.arange(20) % 2 == 0), ()),
     (weighted, (rng.normal(size=(7, 4)),), ("last", WEIGHTS)),
@@ -254,6 +316,12 @@ CASES: list[tuple[Any, tuple[Any, ...], tuple[Any, ...]]] = [
     (kind_of_static, (rng.normal(size=3),), (1,)),
     (kind_of_static, (rng.normal(size=3),), (1.0,)),
     (kind_of_static, (rng.normal(size=3),), (True,)),
+    (
+        bitwise,
+        (rng.choice(SPECIAL, (60, 6)), rng.integers(-99, 99, 60), rng.integers(-99, 99, 60), rng.random(60) < 0.5),
+        (),
+    ),
+    (with_kind, (rng.normal(size=(5, 3)),), (KIND,)),
 ]
 #: Without an array of real numbers an algorithm runs in double precision.
 SINGLE = [case for case in CASES if case[0] not in (elementary, pair, kind_of_static)]
@@ -332,3 +400,20 @@ def test_shared_arrays_may_have_as_many_numbers_as_there_are_items(items: int) -
     assert np.array_equal(weighted_sum(np.tile(x, (items, 1)), rows, y), expected)
     unaligned = np.frombuffer(b"x" + x.tobytes(), np.float64, 3, 1)
     assert np.array_equal(weighted_sum(unaligned, rows, y), expected)
+
+
+#: Those next to the ends of 64 bits, and some between.
+INTEGERS = (-(2**63), -(2**63) + 1, -(2**40), -7, -1, 0, 1, 2, 7, 2**40 + 1, 2**63 - 2, 2**63 - 1)
+
+
+@needs_compiler
+@pytest.mark.parametrize("target", ["c", pytest.param("numba", marks=pytest.mark.peers)])
+def test_integers_wrap_to_64_bits(target) -> None:
+    a, b = (grid.ravel() for grid in np.meshgrid(np.array(INTEGERS), np.array(INTEGERS)))
+
+    def wrapped(value: int) -> int:
+        return (value + 2**63) % 2**64 - 2**63
+
+    for m, n, found in zip(a.tolist(), b.tolist(), whole.on(target)(a, b).tolist(), strict=True):
+        expected = [m + n, m - n, m * n, -m, abs(m), m // n if n else 0, m % n if n else 0, wrapped(2 * m) // 2]
+        assert found == [wrapped(value) for value in expected], (m, n)

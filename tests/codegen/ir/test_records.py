@@ -205,3 +205,19 @@ def test_records_of_one_size() -> None:
     assert both_firsts(a, b) == 8.0
     with pytest.raises(errors.AlgorithmError, match="no attribute mass"):
         first_mass(a)
+
+
+Counter = record("Counter", steps=Int, others=IntVector[2])
+
+
+@algorithm
+def advance(count: InOut[Counter]) -> Int:
+    """One step more; how many there were."""
+    before = count.steps
+    count.steps = before + 1
+    return before
+
+
+def test_a_number_of_a_row_does_not_change_with_the_row() -> None:
+    changed, before = advance.reference(np.array([4, 0, 0]))
+    assert (int(before), changed.tolist()) == (4, [5, 0, 0])

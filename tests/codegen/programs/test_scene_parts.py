@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from dataclasses import replace
 
 import numpy as np
@@ -12,9 +11,9 @@ from bladesmith import tracer
 from bladesmith.codegen.build import cache
 from bladesmith.codegen.build import extension as build
 from bladesmith.codegen.build.extension import compiler, load
-from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
-from bladesmith.codegen.programs.tracer.scene import EVERYTHING, PORTABLE, QUICK, SCALAR, needs, scene_program
-from bladesmith.tracer.rendering import program, row_bands
+from bladesmith.codegen.programs.tracer.scene import PORTABLE, QUICK, SCALAR, needs, scene_program
+from bladesmith.tracer.rendering import row_bands
+from bladesmith.tracer.rendering.engines import CEngine
 from bladesmith.tracer.scene import scene as scenes
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
@@ -52,51 +51,15 @@ def test_parts_give_the_bits_of_the_whole(make, monkeypatch):
     wanted = make().needs
     assert scene_program(wanted).parts
     in_parts = answers(make())
-    whole = program.Engine(wanted, load(replace(scene_program(wanted), parts=()).extension()))
+    whole = CEngine(wanted, load(replace(scene_program(wanted), parts=()).extension()))
     asked = []
     for module in (scenes, row_bands):
-        monkeypatch.setattr(module, "engine_for", lambda needs: asked.append(needs) or whole)
+        monkeypatch.setattr(module, "engine_of", lambda needs, target: asked.append(needs) or whole)
     in_one = answers(make())
     assert wanted in asked
     assert np.isfinite(in_parts[1]).any() and np.isnan(in_parts[1]).any()
     for ours, theirs in zip(in_parts, in_one, strict=True):
         np.testing.assert_array_equal(ours, theirs)
-
-
-@pytest.mark.compiles
-@pytest.mark.parametrize(
-    "wanted",
-    [
-        needs(["plane", "sphere"], single=True),
-        needs(["sphere"], pictures=False),
-        needs(["evolved_circles_1"], ["isolate"], single=True),
-        needs(["evolved_circles_free_2"], ["companion", "sampled"]),
-        needs(["evolved_point_pairs_1"], ["isolate", "companion", "sampled"]),
-        needs(["evolved_point_pairs_free_2"], ["sampled"]),
-    ],
-    ids=lambda wanted: "_".join((*wanted.kinds, *wanted.methods)),
-)
-def test_parts_compile_without_a_warning(wanted, tmp_path):
-    extension = scene_program(wanted).extension()
-    for i, unit in enumerate((*extension.units, extension.main())):
-        folder = tmp_path / str(i)
-        folder.mkdir()
-        for name, text in {**unit.headers, "unit.c": unit.source}.items():
-            (folder / name).write_text(text)
-        command = [*compiler().command, *C_FLAGS, *unit.options, *WARNING_FLAGS, "-c", "unit.c", "-o", "unit.o"]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-        assert done.returncode == 0, (unit.name, done.stderr[:2000])
-
-
-@pytest.mark.compiles
-def test_everything_in_one_text_compiles_without_a_warning(tmp_path):
-    """As setup.py compiles it, but for the optimizations that take longest."""
-    extension = replace(scene_program(EVERYTHING), parts=()).extension()
-    for name, text in {**extension.headers, "kernels.c": extension.source}.items():
-        (tmp_path / name).write_text(text)
-    command = [*compiler().command, *C_FLAGS, *QUICK, *WARNING_FLAGS, "-c", "kernels.c", "-o", "kernels.o"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr[:2000]
 
 
 def test_a_part_does_not_depend_on_the_rest_of_the_scene():

@@ -190,6 +190,7 @@ def test_rows_become_columns_and_columns_rows(
             assert np.array_equal(back[1:], rows) and np.isnan(back[0]).all(), f"k = {k}, count = {count}"
 
 
+@pytest.mark.compiles
 @each_instance
 def test_a_row_for_all_lanes(bits: int, width: int, call: Callable[..., Any]) -> None:
     row = numbers(bits, 5)
@@ -198,6 +199,7 @@ def test_a_row_for_all_lanes(bits: int, width: int, call: Callable[..., Any]) ->
     assert (out == row).all()
 
 
+@pytest.mark.compiles
 @each_instance
 def test_masks(bits: int, width: int, call: Callable[..., Any]) -> None:
     special = [0.0, -0.0, 1.0, -1.0, np.nan, np.inf, -np.inf, 0.5]

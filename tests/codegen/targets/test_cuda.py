@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -87,6 +89,19 @@ def test_refusals_are_clear(monkeypatch: pytest.MonkeyPatch) -> None:
         nvrtc._library.cache_clear()
 
 
+def test_the_compiler_is_found_in_each_of_nvidias_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Folders of the toolkit's version 12, `nvidia/cuda_nvrtc`, and of 13, `nvidia/cu13`: the newest first."""
+    files = [tmp_path / "nvidia" / x for x in ("cu13/lib/libnvrtc.so.13", "cuda_nvrtc/lib/libnvrtc.so.12")]
+    for file in (*files, tmp_path / "nvidia/cu13/lib/libnvrtc.alt.so.13"):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch()
+    monkeypatch.setattr(nvrtc, "find_spec", lambda name: SimpleNamespace(submodule_search_locations=[tmp_path / name]))
+    monkeypatch.setattr(nvrtc.sys, "platform", "linux")
+    assert nvrtc._candidates()[:2] == [str(file) for file in files]
+    monkeypatch.setattr(nvrtc, "find_spec", lambda name: None)
+    assert not any(str(tmp_path) in path for path in nvrtc._candidates())
+
+
 def test_every_gpu_gets_an_architecture_that_the_compiler_knows() -> None:
     known = nvrtc.architectures()
     assert nvrtc.version() >= (12, 2) and 75 in known
@@ -101,6 +116,7 @@ def test_the_driver_of_scenes_compiles_without_a_warning(arch: str) -> None:
     ptx = compiled.image.decode()
     loops = {"first", "all", "render"}
     assert set(re.findall(r"\.entry scene_(\w+)_launch_f(?:32|64)_scalar\(", ptx)) == loops
+    assert all(f"hits_evolved_{family}_3_isolate_f64" in ptx for family in ("circles", "point_pairs"))
     assert not re.search(r"\bfma\.|\.approx|\.ftz", re.sub(r"//.*", "", ptx))
 
 
@@ -115,22 +131,9 @@ def test_a_small_scene_has_small_text() -> None:
 # -- the text, run -------------------------------------------------------------------------------------
 
 
-def stand_in() -> str:
-    """Path of a library that looks like the driver and runs the specimens' CUDA text thread by thread."""
-    launchers = {}
-    for kernel in KERNELS.values():
-        inputs, outputs = interface(kernel)
-        for tag, scalar in (("f64", "double"), ("f32", "float")):
-            types = ["long long", "long long"]
-            types += ["unsigned char *" if o.is_status else f"{scalar} *" for o in outputs]
-            types += [f"const {scalar} *", "long long"] * len(inputs)
-            launchers[f"{kernel.algebra.name}_{kernel.name}_batch_{tag}"] = types
-    return cuda_support.stand_in("cuda_stand_in", self_contained(FILES), launchers)
-
-
 @pytest.fixture(scope="module")
 def device() -> Device:
-    return Device(driver=stand_in())
+    return cuda_support.stand_in_of_kernels("cuda_stand_in", VARIANTS.values())
 
 
 @each_kernel

@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 
 from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
+from bladesmith.codegen.elementary import constants
+from bladesmith.codegen.elementary import functions as elementary
 from bladesmith.codegen.execute.numba_jit import load
 from bladesmith.codegen.execute.nvrtc import compile_text
-from bladesmith.templates.numba import elementary
+from bladesmith.codegen.targets.c.elementary import elementary_header
 
 from ...support.checkout import CHECKOUT
 from ...support.targets.elementary import (
@@ -129,7 +131,7 @@ def test_python_gives_the_bits_of_c(name: str, bits: int, libraries: dict[str, c
 def test_numba_gives_the_bits_of_c(bits: int, names: list[str], libraries: dict[str, ctypes.CDLL]) -> None:
     """A few, because compiling takes a second each; between them they hold all helpers."""
     assert find_spec("numba"), "the test extra holds numba"
-    text = f"from bladesmith.templates.numba.elementary import {', '.join(names)}\n"
+    text = f"from bladesmith.codegen.elementary.functions import {', '.join(names)}\n"
     for name in names:
         parameters, items = ("x, y", "x[i], y[i]") if name == "atan2" else ("x", "x[i]")
         text += f"def {name}_all(out, {parameters}):\n    for i in range(len(x)):\n        out[i] = {name}({items})\n"
@@ -232,20 +234,20 @@ def test_a_huge_angle_does_not_disturb_its_neighbours(bits: int, libraries: dict
 @pytest.mark.slow
 @each_precision
 def test_constants_are_those_of_the_derivation(bits: int) -> None:
-    """All but the slow polynomials of float64 are derived again; the header and the Python module hold them."""
+    """All but the slow polynomials of float64 are derived again."""
     derive = runpy.run_path(str(CHECKOUT / "benchmarks" / "derive_elementary.py"))
-    header = (HEADERS / "elementary.h").read_text(encoding="ascii")
-    part = header[: header.index("#else")] if bits == 64 else header[header.index("#else") :]
-    ours = elementary.DOUBLE if bits == 64 else elementary.SINGLE
-    assert elementary.TWO_OVER_PI.tolist() == derive["two_over_pi"](len(elementary.TWO_OVER_PI) - 1)
-    assert all(f"0x{word:016x}" in header for word in elementary.TWO_OVER_PI.tolist())
+    ours = constants.DOUBLE if bits == 64 else constants.SINGLE
+    assert constants.TWO_OVER_PI.tolist() == derive["two_over_pi"](len(constants.TWO_OVER_PI) - 2)
     found = dict(derive["constants"](bits))
     if bits == 32:
         found |= {fit.name: derive["polynomial"](fit, 32)[0] for fit in derive["fits"]()}
     for name, values in found.items():
-        assert all(derive["hexadecimal"](value) in part for value in values), name
-        held = getattr(ours, derive["PYTHON_NAMES"][name])
+        held = getattr(ours, name)
         assert (list(held) if isinstance(held, tuple) else [held])[: len(values)] == values, name
+
+
+def test_the_header_is_printed_from_the_text() -> None:
+    assert elementary_header() == (HEADERS / "elementary.h").read_text(encoding="ascii")
 
 
 @pytest.mark.peers

@@ -54,6 +54,7 @@ def test_columns_give_the_bits_of_c(name: str, dtype: Any, compiled_c: Callable[
     assert_same_bits(plain(name)(*operands), expected, name)
 
 
+@pytest.mark.slow
 @each_kernel
 @each_dtype
 def test_the_printed_loop_as_plain_python(name: str, dtype: Any, compiled_c: Callable[[str], BoundKernel]) -> None:

@@ -129,7 +129,6 @@ def arm(time):
 
 def test_a_robot_from_rest(tmp_path) -> None:
     """Its turret and its wrist stay where they are, at rest but for rounding."""
-    pytest.importorskip("yourdfpy")
     (tmp_path / "robot.urdf").write_text(ROBOT)
     system = kinematics.load_urdf(tmp_path / "robot.urdf").system()
     found = dynamics.Simulation(system, [GRAVITY], integrator="adaptive").run(1.0, times=[1.0])
@@ -186,7 +185,7 @@ def test_robots_of_their_makers_from_rest(name) -> None:
     for i in range(2):
         pin.framesForwardKinematics(model, data, placed(truth.y[: model.nv, i]))
         for link, body in found.bodies.items():
-            frame = data.oMf[model.getFrameId(link)].homogeneous @ robot.inertias[link].origin
+            frame = data.oMf[model.getFrameId(link)].homogeneous @ robot.lumps[link].inertia.origin
             assert np.abs(body.position[i + 1] - frame[:3, 3]).max() < BAR
     assert found._run.steps[0] < 1000
 
@@ -194,6 +193,7 @@ def test_robots_of_their_makers_from_rest(name) -> None:
 test_robots_of_their_makers_from_rest.__test__ = FOLDER is not None  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 def test_a_run_without_end_says_so() -> None:
     """A push that jumps a thousand million times a second: each step ends at a jump."""
     rng = np.random.default_rng(0)

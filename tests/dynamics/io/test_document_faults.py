@@ -89,7 +89,7 @@ FAULTS = [
     (BODY + RUN + "interval = 0.01\ntimes = [0.1]", "simulation: interval and times say the same thing"),
     (BODY + RUN + "times = [0.05, 0.05]", "line 9: simulation.times[1] is 0.05; times rise from 0 to the duration"),
     (BODY + RUN + "times = [0.2]", "line 9: simulation.times[0] is 0.2; times rise"),
-    (BODY + RUN + 'integrator = "rk5"', "line 9: simulation.integrator is \"rk5\"; did you mean 'rk4'?"),
+    (BODY + RUN + 'integrator = "rk3"', "line 9: simulation.integrator is \"rk3\"; did you mean 'rk4'?"),
     (BODY + RUN + 'map = "log"', 'simulation.map is "log"; known: exponential, bortz, cayley, outer'),
     (BODY + RUN + 'stabilization = "projecton"', "did you mean 'projection'?"),
     (BODY + RUN + 'algebra = "cga"', "line 9: simulation.algebra is \"cga\"; did you mean 'cga3d'?"),

@@ -161,8 +161,11 @@ def test_loads_act_where_they_say(tmp_path):
     kind = "damper"
     angular = 0.2
     linear = 0.3
+    [[loads]]
+    kind = "quadratic_drag"
+    linear = 0.4
     """
-    gravity, world, body, spring, damper = read(tmp_path, BODY + text + RUN).simulation.loads
+    gravity, world, body, spring, damper, drag = read(tmp_path, BODY + text + RUN).simulation.loads
     assert np.array_equal(gravity.acceleration, [0, 0, -2])
     force, moment = dynamics.wrench_parts(world.wrench)
     assert np.array_equal(force, [1, 0, 0]) and np.array_equal(moment, [0, 0.5, -3])
@@ -171,6 +174,7 @@ def test_loads_act_where_they_say(tmp_path):
     assert np.array_equal(spring.point, [0, 0, 0.5]) and np.array_equal(spring.anchor, [0, 0, 2])
     assert (spring.stiffness, spring.length, spring.damping) == (3.0, 0.5, 0.1)
     assert (damper.angular, damper.linear) == (0.2, 0.3)
+    assert isinstance(drag, dynamics.QuadraticDrag) and (drag.angular, drag.linear) == (0.0, 0.4)
 
 
 OBJECTS = {

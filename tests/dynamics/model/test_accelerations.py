@@ -135,7 +135,7 @@ def test_springs_dampers_and_functions_of_time_and_state(algebra, held):
     for k in range(OBJECTS):
         rng = np.random.default_rng(500 + k)
         p, anchor, f, tau, own_f, own_tau, c = rng.normal(size=(7, 3))
-        stiff, rest, damping, drag, spin_drag = rng.uniform(0.5, 3.0, 5)
+        stiff, rest, damping, drag, spin_drag, square_drag, square_spin_drag = rng.uniform(0.5, 3.0, 7)
         s, rows, place = alike(STATES, 10 * k), None, rng.normal(size=3)
         if held:
             s.x = place - s.arm(c)
@@ -149,6 +149,7 @@ def test_springs_dampers_and_functions_of_time_and_state(algebra, held):
             dynamics.Gravity(GRAVITY),
             dynamics.Spring(p, anchor, stiff, rest, damping),
             dynamics.Damper(spin_drag, drag),
+            dynamics.QuadraticDrag(square_spin_drag, square_drag),
             dynamics.WorldWrench(lambda t, f=f: wrench(algebra, (1 + t) * f, REST)),
             dynamics.BodyWrench(lambda t, own=(own_f, own_tau): wrench(algebra, *own)),
             dynamics.WorldWrench(by_state),
@@ -158,8 +159,10 @@ def test_springs_dampers_and_functions_of_time_and_state(algebra, held):
         pull = stiff * (long - rest) + damping * dot(gap / long[:, None], -s.velocity(p))
         spring = pull[:, None] * gap / long[:, None]
         own = np.cross(s.w, s.v) + s.x
-        force = s.mass[:, None] * GRAVITY + spring - drag * s.v + f + times(s.turn, own_f) + own
-        moment = np.cross(s.arm(p), spring) - spin_drag * s.w - np.cross(s.x, f) + times(s.turn, own_tau)
+        speed, pace = (np.linalg.norm(x.astype(float), axis=1)[:, None] for x in (s.v, s.w))
+        force = s.mass[:, None] * GRAVITY + spring - (drag + square_drag * speed) * s.v + f + times(s.turn, own_f) + own
+        moment = np.cross(s.arm(p), spring) - np.cross(s.x, f) + times(s.turn, own_tau)
+        moment = moment - (spin_drag + square_spin_drag * pace) * s.w
         moment = moment + times(s.turn, tau) - np.cross(s.x, own)
         given = [dynamics.Pin(algebra.point(c), algebra.point(place))] if held else []
         found = Looked(s, algebra, acting, given, held == "null space", True)

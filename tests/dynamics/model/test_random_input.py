@@ -42,6 +42,7 @@ GOOD: dict[Any, dict[str, Any]] = {
     dynamics.WorldWrench: {"wrench": WRENCH},
     dynamics.Spring: {"point": 0, "anchor": [0.0, 0, 1], "stiffness": 1.0},
     dynamics.Damper: {},
+    dynamics.QuadraticDrag: {},
     dynamics.Pin: {"body_object": TIP},
     dynamics.PinPath: {"body_object": TIP, "world_object": TIP},
     dynamics.PinLinear: {"function": lambda x: TIP ^ x, "world_object": PLANE},

@@ -22,14 +22,14 @@ def test_curves_show_the_numbers(swing):
     setup, found = swing
     figure = found.plot(sketch=setup.sketch)
     axes = {ax.get_title(loc="left").partition(" [")[0].partition(",")[0]: ax for ax in figure.axes if ax.get_visible()}
-    assert list(axes) == ["centre of mass", "velocity", "angular velocity", "force of the constraints",
-                          "their moment about the centre", "energy", "violation of the constraints"]  # fmt: skip
-    for line, column in zip(axes["centre of mass"].lines, found.position.T, strict=True):
+    assert list(axes) == ["center of mass", "velocity", "angular velocity", "force of the constraints",
+                          "their moment about the center", "energy", "violation of the constraints"]  # fmt: skip
+    for line, column in zip(axes["center of mass"].lines, found.position.T, strict=True):
         assert np.array_equal(line.get_ydata(), column)
     moment = dynamics.wrench_parts(found.reaction).moment - np.cross(
         found.position, dynamics.wrench_parts(found.reaction).force
     )
-    for line, column in zip(axes["their moment about the centre"].lines, moment.T, strict=True):
+    for line, column in zip(axes["their moment about the center"].lines, moment.T, strict=True):
         assert np.allclose(line.get_ydata(), column, atol=1e-12)
     free = dynamics.Simulation(dynamics.RigidBody(1.0, (1, 1, 1), velocity=(1, 0, 0))).run(0.1, step=0.05)
     assert len([ax for ax in free.plot().axes if ax.get_visible()]) == 4

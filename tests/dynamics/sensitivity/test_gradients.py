@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,8 @@ import pytest
 import bladesmith as bs
 from bladesmith import dynamics, kinematics
 from bladesmith.codegen.errors import InputError
-from bladesmith.dispatch.formulas import evaluate
+from bladesmith.codegen.formulas.mechanics import mechanics
+from bladesmith.codegen.programs import KernelSpec
 
 from ...oracles.gradients import (
     PARAMETERS,
@@ -81,7 +83,7 @@ def test_all_parameters_together(case: str) -> None:
         assert np.abs(found - expected).max() <= 1e-8 * np.abs(expected).max()
 
 
-def double_pendulum(algebra: Any, mass: float, stiffness: float) -> Any:
+def double_pendulum(algebra: Any, mass: float, stiffness: float, **options: Any) -> Any:
     bodies = {
         "upper": dynamics.RigidBody(mass, (0.15, 0.2, 0.3), (0, 0.5, 0), algebra=algebra),
         "lower": dynamics.RigidBody(2.0, (0.3, 0.2, 0.25), (0, 1.4, 0.2), algebra=algebra),
@@ -91,12 +93,14 @@ def double_pendulum(algebra: Any, mass: float, stiffness: float) -> Any:
         kinematics.Spherical("upper", "lower", algebra.point((0, 1, 0))),
     ]
     spring = dynamics.Spring((0.1, 0, 0.2), (0, 0.1, 0.1), stiffness, 0.3, 0.4, body="upper", other="lower")
-    return dynamics.Simulation(dynamics.System(bodies, joints), [dynamics.Gravity((0, 0, -9.81)), spring])
+    loads = [dynamics.Gravity((0, 0, -9.81)), spring]
+    return dynamics.Simulation(dynamics.System(bodies, joints), loads, **options)
 
 
 @pytest.mark.compiles
-def test_systems() -> None:
-    run = double_pendulum(bs.pga3d, 1.0, 5.0).run(
+@pytest.mark.parametrize("integrator", ["auto", pytest.param("taylor", marks=pytest.mark.slow)])
+def test_systems(integrator: str) -> None:
+    run = double_pendulum(bs.pga3d, 1.0, 5.0, integrator=integrator).run(
         TIMES[-1], times=TIMES, sensitivities=["upper.mass", "spring[0].stiffness"]
     )
 
@@ -171,12 +175,13 @@ def test_tangents_of_motors() -> None:
 
 def test_bilinear_tangents() -> None:
     """Of a product the tangent is what its two factors add."""
-    algebra, rng = bs.cga3d, np.random.default_rng(3)
-    a, b, da, db = (algebra.wrap(algebra.kind("twist"), rng.normal(size=(5, 6))) for _ in range(4))
-    value, tangent = evaluate(algebra, "motion_tangents.bracket", a, b, da, db).values
-    bracket = lambda x, y: evaluate(algebra, "mechanics.bracket", x, y).value  # noqa: E731
-    np.testing.assert_allclose(value.values, bracket(a, b).values)
-    np.testing.assert_allclose(tangent.values, (bracket(da, b) + bracket(a, db)).values)
+    rng = np.random.default_rng(3)
+    bracket = KernelSpec(mechanics.bracket, ("twist", "twist"))
+    for _ in range(5):
+        a, b, da, db = rng.normal(size=(4, 6))
+        value, tangent = bracket.along(("a", "b"))(a, b, da, db)
+        np.testing.assert_allclose(value, bracket(a, b))
+        np.testing.assert_allclose(tangent, bracket(da, b) + bracket(a, db))
 
 
 @pytest.mark.parametrize(
@@ -192,12 +197,89 @@ def test_unknown_parameters(names: list[Any], told: str) -> None:
         dynamics.Simulation(body, [dynamics.Spring(0, (0, 0, 1), 3.0)]).run(1.0, sensitivities=names)
 
 
+@pytest.mark.compiles
+@pytest.mark.parametrize("integrator", ["adaptive", "rk4", "strang", pytest.param("taylor", marks=pytest.mark.slow)])
+def test_events(integrator: str) -> None:
+    """A throw ends on the ground: its time, where it is and its velocity there change with the throw."""
+    g, z, v = 9.81, 2.0, 3.0
+    body = dynamics.RigidBody(1.5, INERTIA, (0, 0, z), velocity=(1, 0, v), angular_velocity=(0.4, 1.3, -0.6))
+    ground = dynamics.Event(lambda t, motor, twist: float(motor.algebra.matrix(motor)[2, 3]), -1, "ground")
+    run = dynamics.Simulation(body, [dynamics.Gravity((0, 0, -g))], integrator=integrator).run(
+        3.0, step=0.01, times=np.linspace(0, 3, 7), events=[ground], sensitivities=["velocity", "position", "gravity"]
+    )
+    root = np.sqrt(v * v + 2 * g * z)
+    time = (v + root) / g
+    assert run.message == "ground" and abs(run.time[-1] - time) < 1e-12
+    # of g T^2/2 = v T + z: by v, z and the field, which is -g
+    changes = {"velocity": time / root, "position": 1 / root, "gravity": time**2 / 2 / root}
+    for name, change in changes.items():
+        s = run.sensitivities[name]
+        assert np.abs(s.time[:-1]).max() == 0.0
+        np.testing.assert_allclose(s.time[-1], [0, 0, change], atol=1e-12)
+        place = {"velocity": [time, 0, change], "position": [1, 0, change], "gravity": [time**2 / 2, 0, change]}[name]
+        np.testing.assert_allclose(np.diag(s.position[-1])[:2], [place[0], place[0]], rtol=1e-12)
+        np.testing.assert_allclose(s.position[-1, 2], [change, 0, 0], atol=1e-12)
+        falling = {"velocity": 1.0, "position": 0.0, "gravity": time}[name] - g * change
+        np.testing.assert_allclose(s.velocity[-1, 2, 2], falling, rtol=1e-12)
+
+
+@pytest.mark.compiles
+def test_events_that_depend_on_all() -> None:
+    """Of time, pose and twist, against differences of order 8 of runs that end there."""
+
+    def value(t: float, motor: Any, twist: Any) -> float:
+        matrix = motor.algebra.matrix(motor)
+        return float(matrix[0, 1] + 0.3 * matrix[2, 3] * twist.values[0] + 0.2 * np.sin(3 * t) - 0.25)
+
+    def run(spin: float, **options: Any) -> Any:
+        body = dynamics.RigidBody(2.0, INERTIA, (0, 0, 1), velocity=(0, 0.3, 0), angular_velocity=(0.4, spin, -0.6))
+        spring = dynamics.Spring((0.2, 0.1, 0), (0, 0, 2), 30.0, 0.5)
+        return dynamics.Simulation(body, [spring], integrator="adaptive").run(
+            2.0, times=np.linspace(0, 2, 21), events=[dynamics.Event(value)], **options
+        )
+
+    found = run(1.3, sensitivities="angular_velocity[1]")
+    assert found.message == "event" and 0.1 < found.time[-1] < 1.9
+    s = found.sensitivities["angular_velocity[1]"]
+
+    def end(e: float) -> list[np.ndarray]:
+        moved = run(1.3 + e)
+        return [moved.time[-1:], *(x[-1] for x in states(moved)[:3])]
+
+    expected = difference(end, 1e-2)
+    found_ends = (s.time[-1], s.position[-1, 0], s.velocity[-1, 0], s.angular_velocity[-1, 0])
+    for x, y in zip(found_ends, expected, strict=True):
+        assert np.abs(x - y).max() <= 1e-10 * max(1.0, np.abs(y).max())
+
+
+@pytest.mark.compiles
+def test_executors_and_projected_starts() -> None:
+    """Pieces of a batch have the same bits; a start that is off is brought to the pin, with its tangents."""
+    body = dynamics.RigidBody([1.0, 2.0, 3.0], INERTIA, velocity=(1, 2, 3), angular_velocity=(0.4, 1.3, -0.6))
+    simulation, names = dynamics.Simulation(body), FIVE
+    whole = simulation.run(0.5, times=[0.5], sensitivities=names).sensitivities
+    with ThreadPoolExecutor(2) as executor:
+        parts = simulation.run(0.5, times=[0.5], sensitivities=names, executor=executor).sensitivities
+    for name in names:
+        assert np.array_equal(whole[name].motor.values, parts[name].motor.values)
+
+    for stabilization in ("projection", "auto"):
+
+        def run(x: float, kind: str = stabilization, **options: Any) -> Any:
+            hung = dynamics.RigidBody(1.0, (0.2, 0.3, 0.1), (x, 0, -1.1), angular_velocity=(0.3, 0.5, 0.1))
+            pin = dynamics.Pin(bs.cga3d.point((0, 0, 1.0)), bs.cga3d.point((0, 0, 0)))
+            return dynamics.Simulation(hung, [dynamics.Gravity((0, 0, -9.81))], [pin], stabilization=kind).run(
+                0.3, times=[0.1, 0.3], project=True, **options
+            )
+
+        s = run(0.3, sensitivities="position[0]").sensitivities["position[0]"]
+        expected = difference(lambda e: states(run(0.3 + e))[:3], 5e-3)  # noqa: B023
+        for x, y in zip((s.position, s.velocity, s.angular_velocity), expected, strict=True):
+            assert np.abs(x[:, 0] - y).max() <= 1e-10 * np.abs(y).max()
+
+
 def test_refused() -> None:
     body = dynamics.RigidBody(1.0, (1, 1, 1))
-    with pytest.raises(InputError, match="does not compute sensitivities.*adaptive"):
-        dynamics.Simulation(body, integrator="rk4").run(1.0, sensitivities=["mass"])
-    with pytest.raises(InputError, match="project"):
-        dynamics.Simulation(body).run(1.0, sensitivities=["mass"], project=True)
     run = dynamics.Simulation(body).run(1.0, times=[1.0], sensitivities=FIVE)
     with pytest.raises(InputError, match="did you mean 'mass'"):
         run.sensitivities["mas"]

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import bladesmith as bs
 from bladesmith import dynamics
+from bladesmith.codegen.errors import InputError
 
 from ...oracles.gradients import (
     PARAMETERS,
@@ -64,14 +65,91 @@ def free_end(p: dict[str, Vector]) -> Vector:
 
 
 @pytest.mark.slow
+@pytest.mark.compiles
 def test_free_body_at_50_digits() -> None:
-    runs = [everything(a, FREE).run(DURATION, times=[DURATION], sensitivities=PARAMETERS) for a in ALGEBRAS]
+    pairs = [(a, "adaptive") for a in ALGEBRAS] + [(bs.pga3d, "taylor")]
+    runs = [everything(a, FREE, integrator=name).run(DURATION, times=[DURATION], sensitivities=PARAMETERS)
+            for a, name in pairs]  # fmt: skip
     rng = np.random.default_rng(5)
     for names in (["mass"], ["inertia"], ["velocity", "angular_velocity"], ["spring.stiffness"], list(FREE)):
         along = {name: rng.normal(size=np.shape(FREE[name])) for name in names}
         expected = central(free_end, FREE, along)
         for run in runs:
             assert_close(sum(last(run.sensitivities[n], d) for n, d in along.items()), expected)
+
+
+#: What a split flow has no part for.
+UNDAMPED = {**FREE, "spring.damping": 0.0}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["rkmk4", "rk4", "cf4", "blanes-moan", "yoshida6", "adaptive", "taylor"])
+def test_motion_of_every_integrator_at_50_digits(name: str) -> None:
+    """The motion's own equations; steps of order two have errors of their own."""
+    run = undamped(name).run(DURATION, step=5e-4, times=[DURATION], sensitivities=list(UNDAMPED))
+    d, expected = undamped_difference()
+    found = sum(last(run.sensitivities[n], x) for n, x in d.items())
+    assert_close(found, expected, 1e-11 if name in ("rk4", "cf4", "rkmk4") else 1e-12)
+
+
+@cache
+def undamped_difference() -> tuple[dict[str, np.ndarray], np.ndarray]:
+    rng = np.random.default_rng(6)
+    along = {name: rng.normal(size=np.shape(UNDAMPED[name])) for name in UNDAMPED if name != "spring.damping"}
+    return along, central(free_end, UNDAMPED, along)
+
+
+def undamped(name: str) -> Any:
+    """A body on a spring."""
+    p = {n: np.array(v) for n, v in UNDAMPED.items()}
+    body = dynamics.RigidBody(
+        2.0, p["inertia"], p["position"], TURN, p["velocity"], p["angular_velocity"], algebra=bs.pga3d
+    )
+    spring = dynamics.Spring(*(p[f"spring.{n}"] for n in ("point", "anchor", "stiffness", "length", "damping")))
+    return dynamics.Simulation(body, [dynamics.Gravity(p["gravity"]), spring], integrator=name)
+
+
+# -- drag --------------------------------------------------------------------------------------------------
+
+THROWN: dict[str, Any] = {
+    "mass": 2.0, "inertia": (1.0, 2.0, 2.5), "velocity": (3.0, -2.0, 5.0), "angular_velocity": (0.4, 1.3, -0.6),
+    "gravity": (0.3, 0.2, -9.81), "quadratic_drag.angular": 0.7, "quadratic_drag.linear": 0.4,
+}  # fmt: skip
+
+
+def thrown_end(p: dict[str, Vector]) -> Vector:
+    """Newton and Euler with forces and moments by the squares of the velocities."""
+
+    def rates(y: Vector) -> Vector:
+        r, v, w = y[3:12], y[12:15], y[15:]
+        speed, pace = (mpmath.sqrt(sum(a * a for a in x)) for x in (v, w))
+        slow = p["quadratic_drag.linear"][0] * speed / p["mass"][0]
+        dv = [g - slow * a for g, a in zip(p["gravity"], v, strict=True)]
+        spin = cross([a * b for a, b in zip(p["inertia"], w, strict=True)], w)
+        brake = [p["quadratic_drag.angular"][0] * pace * a for a in w]
+        dw = [(a - b) / c for a, b, c in zip(spin, brake, p["inertia"], strict=True)]
+        return [*v, *turning(r, w), *dv, *dw]
+
+    y = extrapolated(rates, [*numbers((0, 0, 0)), *numbers(TURN), *p["velocity"], *p["angular_velocity"]], DURATION, 24)
+    return [*y[:3], *y[12:]]
+
+
+@pytest.mark.slow
+@pytest.mark.compiles
+def test_quadratic_drag_at_50_digits() -> None:
+    body = dynamics.RigidBody(
+        2.0, THROWN["inertia"], (0, 0, 0), TURN, THROWN["velocity"], THROWN["angular_velocity"], algebra=bs.pga3d
+    )
+    loads = [dynamics.Gravity(THROWN["gravity"]), dynamics.QuadraticDrag(0.7, 0.4)]
+    run = dynamics.Simulation(body, loads).run(DURATION, times=[DURATION], sensitivities=list(THROWN))
+    assert run.integrator == "adaptive"  # where the body rests the motion has no series
+    rng = np.random.default_rng(9)
+    for names in (["quadratic_drag.angular", "quadratic_drag.linear"], ["mass", "inertia"], list(THROWN)):
+        along = {name: rng.normal(size=np.shape(THROWN[name])) for name in names}
+        found = sum(last(run.sensitivities[n], d) for n, d in along.items())
+        assert_close(found, central(thrown_end, THROWN, along), 1e-11)
+    with pytest.raises(InputError, match="quadratic_drag has none where the body rests"):
+        dynamics.Simulation(body, loads, integrator="taylor").run(0.1)
 
 
 # -- a heavy top, and a pendulum ---------------------------------------------------------------------------
@@ -121,10 +199,12 @@ def top_simulation(algebra: Any, **options: Any) -> Any:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("algebra", "stabilization"), [(bs.cga3d, "auto"), (bs.pga3d, "auto"), (bs.cga3d, "projection")]
-)
-def test_heavy_top_at_50_digits(algebra: Any, stabilization: str) -> None:
-    held = top_simulation(algebra, stabilization=stabilization)
+    ("algebra", "options"),
+    [(bs.cga3d, {}), (bs.pga3d, {}), (bs.cga3d, {"stabilization": "projection"}), (bs.pga3d, {"integrator": "taylor"}),
+     (bs.cga3d, {"integrator": "taylor", "stabilization": "projection"})],
+)  # fmt: skip
+def test_heavy_top_at_50_digits(algebra: Any, options: dict[str, str]) -> None:
+    held = top_simulation(algebra, **options)
     run = held.run(DURATION, times=[DURATION], sensitivities=PARAMETERS)
     for name in TOP:
         d, expected = top_difference(name)
@@ -149,7 +229,8 @@ def pendulum_end(p: dict[str, Vector]) -> Vector:
 
 
 @pytest.mark.compiles
-def test_pendulum_at_50_digits() -> None:
+@pytest.mark.parametrize("integrator", ["adaptive", pytest.param("taylor", marks=pytest.mark.slow)])
+def test_pendulum_at_50_digits(integrator: str) -> None:
     """About an axis that is askew in the body; the first angle is place and orientation together."""
     level, down = np.array([0, 1.0, 0]), np.array([0, 0, -1.0])
     hang = np.array([0.8, 0, -0.6])  # across the axis in the body
@@ -161,7 +242,7 @@ def test_pendulum_at_50_digits() -> None:
     ends = [bs.pga3d.point(x - LENGTH * hang) for x in (0 * AXIS, AXIS)]
     pins = [dynamics.Pin(x) for x in ends]
     names = ["mass", "inertia", "position", "orientation"]
-    run = dynamics.Simulation(body, [dynamics.Gravity((0, 0, -9.81))], pins).run(
+    run = dynamics.Simulation(body, [dynamics.Gravity((0, 0, -9.81))], pins, integrator=integrator).run(
         DURATION, times=[DURATION], sensitivities=names
     )
     found = run.sensitivities

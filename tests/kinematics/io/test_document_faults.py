@@ -84,7 +84,7 @@ def test_what_is_no_file(tmp_path):
         load_mechanism("a\0b.toml")
     with pytest.raises(InputError, match="cannot be read"):
         load_mechanism(tmp_path / "none.toml")
-    with pytest.raises(InputError, match="tip and root are of URDF files"):
+    with pytest.raises(InputError, match="tip and root are of robots' files"):
         load_mechanism(written(tmp_path, DELTA), tip="platform")
 
 

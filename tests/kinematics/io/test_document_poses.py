@@ -29,16 +29,16 @@ def test_poses_by_joints_and_by_places_are_one(tmp_path):
     by_angles = load_mechanism(
         written(tmp_path, DELTA + "[pose]\njoints = { motor_1 = 20, motor_3 = 30 }\ndegrees = true\n")
     )
-    found = by_angles.found()
+    found = by_angles.solve_pose()
     assert np.allclose(found.coordinates[0, [0, 2]], np.radians([20, 30]))
     there = ", ".join(repr(float(x)) for x in robot.forward(found.coordinates[0]))
-    back = load_mechanism(written(tmp_path, DELTA + f"[pose]\nposition = [{there}]\n")).found()
+    back = load_mechanism(written(tmp_path, DELTA + f"[pose]\nposition = [{there}]\n")).solve_pose()
     assert np.abs(back.coordinates - found.coordinates).max() < 1e-12
     assert abs(back.condition[0] - np.linalg.cond(robot.forward_jacobian(found.coordinates[0]))) < 1e-9
 
 
 def test_a_delta_stands_where_it_is_best_if_nothing_is_said(tmp_path):
-    found = load_mechanism(written(tmp_path, DELTA)).found()
+    found = load_mechanism(written(tmp_path, DELTA)).solve_pose()
     assert np.ptp(found.coordinates) < 1e-12 and np.abs(found.position[0, :2]).max() < 1e-12
     robot, axis = DeltaRobot(0.4, 0.15, 0.6, 1.2), np.zeros((500, 3))
     axis[:, 2] = np.linspace(0.01, 1.79, 500)
@@ -51,7 +51,7 @@ def test_what_cannot_be_reached_says_why(tmp_path):
     with pytest.raises(
         SingularError, match=r"robot.toml: no pose has the tool at \(1.4, 0, 1\): UNREACHABLE, arms 2, 3"
     ):
-        load_mechanism(written(tmp_path, DELTA + "[pose]\nposition = [1.4, 0, 1]\n")).found()
+        load_mechanism(written(tmp_path, DELTA + "[pose]\nposition = [1.4, 0, 1]\n")).solve_pose()
 
 
 def test_a_stretched_arm_is_singular_and_loses_the_direction_along_it(tmp_path):
@@ -70,7 +70,7 @@ def test_a_stretched_arm_is_singular_and_loses_the_direction_along_it(tmp_path):
 
 def test_the_pose_of_an_arm_may_be_turned(setups, tmp_path):
     arm = setups["arm"]
-    home = arm.found()
+    home = arm.solve_pose()
     place = home.position[0] + (0.02, -0.03, 0.05)
     values = ", ".join(f"{n} = {x!r}" for n, x in zip(arm.model.inputs, home.coordinates[0].tolist(), strict=True))
     text = f"""
@@ -83,7 +83,7 @@ orientation = {{ axis = [0, 0, 1], degrees = 25 }}
 """
     moved = load_mechanism(written(tmp_path, text))
     assert moved.model.tool == "flange"  # behind all joints, and what is welded to them
-    found = moved.found()
+    found = moved.solve_pose()
     before, after = (arm.model.chain.algebra.matrix(arm.model.chain.forward(x.coordinates[0])) for x in (home, found))
     c, s = np.cos(np.radians(25)), np.sin(np.radians(25))
     assert np.abs(after[:3, :3] - np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ before[:3, :3]).max() < 1e-10

@@ -163,7 +163,7 @@ def test_joints_by_places_and_by_objects_leave_the_same(kind, tmp_path):
     spaces = []
     for own in (short, f"objects = [{objects}]"):
         text = PAIR.format(algebra="cga3d") + f'kind = "{kind}"\n{own}\n'
-        m = load_mechanism(written(tmp_path, text)).found().at(0)
+        m = load_mechanism(written(tmp_path, text)).solve_pose().at(0)
         assert m.mobility() == mobility and glyphs.mechanism_sketch(m).marks[0].kind == kind
         assert np.abs(glyphs.mechanism_sketch(m).marks[0].position - (0.3, -0.2, 0.5)).max() < 1e-9 or kind in (
             "cylindrical",
@@ -178,7 +178,7 @@ def test_joints_by_places_and_by_objects_leave_the_same(kind, tmp_path):
 @pytest.mark.parametrize("kind", [k for k in JOINTS if k != "universal"])
 def test_joints_in_pga(kind, tmp_path):
     text = PAIR.format(algebra="pga3d") + f'kind = "{kind}"\n{JOINTS[kind][0]}\n'
-    m = load_mechanism(written(tmp_path, text)).found().at(0)
+    m = load_mechanism(written(tmp_path, text)).solve_pose().at(0)
     assert m.algebra is bs.pga3d and m.mobility() == JOINTS[kind][2]
 
 
@@ -193,7 +193,7 @@ def test_rigid_and_bilinear_joints_and_names_of_their_own(tmp_path):
              '{ kind = "plane", normal = [0, 0, 1], offset = 0 }]'),
         )
     )  # fmt: skip
-    m = load_mechanism(written(tmp_path, text)).found().at(0)
+    m = load_mechanism(written(tmp_path, text)).solve_pose().at(0)
     assert m.joint_names == ("a-b", "b-c", "b-c 2") and m.mobility() == 4
 
 

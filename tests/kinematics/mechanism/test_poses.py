@@ -80,7 +80,7 @@ def test_lengths_do_not_matter(scale, centre):
 
 @pytest.mark.parametrize("path", [False, True])
 def test_workers_of_an_executor_find_the_same_bits(path, monkeypatch):
-    monkeypatch.setattr("bladesmith.kinematics.mechanism.pose_solver.POSES_PER_CALL", 8)
+    monkeypatch.setattr("bladesmith.kinematics.mechanism.poses.solver.POSES_PER_CALL", 8)
     m, theta, reports = bar(), np.linspace(-0.4, 0.4, 40).reshape(8, 5), []
     here = m.solve_pose({"a": theta}, path=path)
     with ThreadPoolExecutor(2) as pool:
@@ -106,7 +106,7 @@ def test_an_interrupt_keeps_the_poses_that_were_found(on_workers, monkeypatch):
     def stop(progress):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("bladesmith.kinematics.mechanism.pose_solver.POSES_PER_CALL", 20)
+    monkeypatch.setattr("bladesmith.kinematics.mechanism.poses.solver.POSES_PER_CALL", 20)
     m, theta = bar(), np.linspace(-0.4, 0.4, 200)
     whole = m.solve_pose({"a": theta})
     with SlowPool(1) as pool, pytest.raises(Interrupted) as caught:

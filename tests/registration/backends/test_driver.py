@@ -8,7 +8,7 @@ import pytest
 from bladesmith import cga3d as cga
 from bladesmith.codegen.build.extension import compiler
 from bladesmith.codegen.formulas.registration import registration
-from bladesmith.codegen.programs.registration.registration import DIRECTED, KINDS
+from bladesmith.codegen.programs.registration.registration import DIRECTED, KINDS, matched_as
 from bladesmith.dispatch.formulas import ArrayOperand, evaluate
 from bladesmith.registration.backends.driver import Driver
 from bladesmith.registration.backends.model_rows import MatchCriterion, ModelData
@@ -34,12 +34,12 @@ def random_rows(kind: str, n: int, seed: int) -> np.ndarray:
         "circle": lambda: cga.circle(p, d, r),
         "plane": lambda: cga.plane(d, r),
         "sphere": lambda: cga.sphere(p, r),
-    }[kind]()
+    }[matched_as(kind)]()
     return np.ascontiguousarray(made._data)
 
 
 def wrapped(kind: str, rows: np.ndarray):
-    return cga.wrap(cga.kind(kind), rows)
+    return cga.wrap(cga.kind(matched_as(kind)), rows)
 
 
 def formula(name: str, *operands):
@@ -58,15 +58,15 @@ class World:
         truth = cga.translator(shifts) * cga.rotor(axes, 0.03) * wrapped("motor", self.motor)
         self.reference = {}
         for kind, rows in self.query.items():
-            images = (truth >> wrapped(kind, rows)).as_kind(kind, check=False)._data
+            images = (truth >> wrapped(kind, rows)).as_kind(matched_as(kind), check=False)._data
             signs = np.where(np.arange(COUNT) % 2, -1.0, 1.0)[:, None] if kind in DIRECTED else 1.0
             self.reference[kind] = np.concatenate([random_rows(kind, 2, 9), images * signs])
         self.driver = Driver(KINDS, 1)
         sides = [
             ModelData(m, {k: self.driver.elements(k, r) for k, r in m.items()}) for m in (self.query, self.reference)
         ]
-        self.kinds = np.repeat(np.arange(6, dtype=np.int32), COUNT)
-        self.rows = np.tile(np.arange(COUNT, dtype=np.int32), 6)
+        self.kinds = np.repeat(np.arange(len(KINDS), dtype=np.int32), COUNT)
+        self.rows = np.tile(np.arange(COUNT, dtype=np.int32), len(KINDS))
         self.scene = Scene(*sides, self.kinds, self.rows, 2)
         self.elements = sides[1].elements
 
@@ -245,7 +245,8 @@ def test_driver_rates_are_those_of_the_formula(world, kind):
 def test_driver_steps_half_way_in_turn(world):
     """Algorithm 1, against its formulas one after the other; the middle of the last round where it has settled."""
     signs = np.where((world.rows % 2 == 1) & np.isin(world.kinds, [KINDS.index(k) for k in DIRECTED]), -1.0, 1.0)
-    partners = np.where(np.isin(world.kinds, [0, 5]), np.roll(np.arange(30).reshape(6, 5), -1, 1).ravel(), -1)
+    others = np.roll(np.arange(len(world.kinds)).reshape(-1, COUNT), -1, 1).ravel()
+    partners = np.where(np.isin(world.kinds, [KINDS.index(k) for k in ("point", "sphere")]), others, -1)
     pairs = (world.kinds, world.rows, world.rows + 2, partners, signs)
 
     def pair(n: int):

@@ -22,13 +22,13 @@ import bladesmith as bs
 from bladesmith import registration
 from bladesmith.codegen.build.flags import compiled_files, source_hash
 from bladesmith.codegen.errors import DeviceError, InputError, MissingExtraError
-from bladesmith.codegen.execute import numba_cache, numba_jit
+from bladesmith.codegen.execute import cuda_items, numba_cache, numba_jit
 from bladesmith.codegen.execute.cuda_compiler import compile_source
 from bladesmith.codegen.execute.cuda_driver import Device, unavailable
 from bladesmith.codegen.execute.items import CompiledLoop
 from bladesmith.codegen.programs.registration.program import ALGORITHMS, reform_numba
-from bladesmith.codegen.programs.registration.registration import KINDS, set_name
-from bladesmith.codegen.targets.cuda.printer import DRIVER_OPTIONS, algorithms_source, self_contained
+from bladesmith.codegen.programs.registration.registration import KINDS, matched_as, set_name
+from bladesmith.codegen.targets.cuda.printer import DRIVER_OPTIONS, self_contained, stock_source
 from bladesmith.dispatch import installed
 from bladesmith.registration.backends import algorithms, cuda, interface
 from bladesmith.registration.backends.driver import Driver
@@ -63,7 +63,13 @@ def objects_of(kind: str, count: int, rng: np.random.Generator) -> bs.Multivecto
         "plane": lambda: bs.cga3d.plane(directions, sizes),
         "sphere": lambda: bs.cga3d.sphere(places, sizes),
     }
-    return makers[kind]()
+    return makers[matched_as(kind)]()
+
+
+def ends_of(lines: bs.Multivector) -> np.ndarray:
+    """The stretches (n, 2, 3) of lines from their points next to the origin, of length 1."""
+    found = bs.cga3d.parameters(lines.as_kind("line"))
+    return np.stack([found.point, found.point + found.direction], 1)
 
 
 def models(kinds: tuple[str, ...], count: int = COUNT, seed: int = 3) -> tuple[registration.Model, registration.Model]:
@@ -77,12 +83,15 @@ def models(kinds: tuple[str, ...], count: int = COUNT, seed: int = 3) -> tuple[r
         moved = shaken >> (pose >> known)
         query[f"{kind}s"] = [*(moved[i] for i in range(count // 4, count)), *extra]
         reference[f"{kind}s"] = known
+        if kind == "segment":
+            query[f"{kind}s"] = np.concatenate([ends_of(moved[count // 4 :]), ends_of(extra)])
+            reference[f"{kind}s"] = ends_of(known)
     return registration.Model(**query), registration.Model(**reference)
 
 
 def stages(backend: Backend, kinds: tuple[str, ...], threads: int = 1, samples: int = 300) -> dict[str, list[Any]]:
     """What every stage returns for random input, by its name: the same input for every backend."""
-    rng = np.random.default_rng(5)
+    rng = np.random.default_rng(6)
     driver = backend.driver(kinds, threads)
     rows = [{k: np.asarray(objects_of(k, COUNT, rng)._data) for k in kinds} for _ in range(2)]
     rows[0][kinds[0]][3] = np.nan
@@ -121,6 +130,11 @@ def stages(backend: Backend, kinds: tuple[str, ...], threads: int = 1, samples: 
     starts = starts[np.isfinite(starts).all(1)]
     found["refine"] = list(scene.refine(starts, 10))
     found["match"] = list(scene.match(np.eye(8)[0]))
+    ends = rng.uniform(-1, 1, (2, COUNT, 6))
+    if "segment" in kinds:
+        found["match_segments"] = list(scene.match_segments(np.arange(COUNT), motor, *ends))
+    forms = rng.normal(size=(COUNT, 6, 7))
+    found["residual_rates"] = [scene.residual_rates(motor, ends[0], directed, forms) for directed in (0, 1)]
     found["rates"] = [scene.rates(k, motor, *pairs % COUNT) for k in kinds]
     matches, others = np.stack([asked_kinds, asked_rows]), rng.integers(-1, COUNT, len(asked_kinds))
     partners = np.where(others < 0, -1, others + COUNT * (np.arange(len(others)) // COUNT))
@@ -157,6 +171,7 @@ def test_stages_have_something_to_do() -> None:
     scores, hits, tested = found["samples"][1:]
     assert (scores > 0).any() and (scores < 0).any() and (hits > 3).any() and len(set(tested)) > 2
     assert (found["match"][0] >= 0).any() and (found["match"][0] < 0).any() and (found["match"][2] < 0).any()
+    assert (found["match_segments"][0] >= 0).any() and (found["match_segments"][0] < 0).any()
     assert (found["refine"][3] > 1).any() and (found["stiffness"][0] > 0).any() and (found["stiffness"][0] == 0).any()
     assert np.isnan(found[f"elements of {KINDS[0]}"][0][3]).any()
     moved, changes, skipped = found["4 rounds of Algorithm 1"]
@@ -279,10 +294,10 @@ def test_without_a_compiler_numba_registers(monkeypatch: pytest.MonkeyPatch, cap
 @pytest.mark.slow
 @pytest.mark.parametrize("kinds", [("line",), KINDS], ids=["lines", "all kinds"])
 def test_the_driver_compiles_for_a_gpu_without_a_warning(kinds: tuple[str, ...]) -> None:
-    compiled = compile_source(algorithms_source(algorithms.program_of(kinds).files), options=DRIVER_OPTIONS)
+    compiled = compile_source(stock_source(algorithms.program_of(kinds).files), options=DRIVER_OPTIONS)
     assert compiled.log == ""
     ptx = compiled.image.decode()
-    launchers = {f"launch_{each.name}_{set_name(kinds)}" for each in ALGORITHMS}
+    launchers = {f"launch_bs_{each.name}_{set_name(kinds)}_f64" for each in ALGORITHMS}
     assert set(re.findall(r"\.entry (\w+)\(", ptx)) == launchers
     assert not re.search(r"\bfma\.|\.approx|\.ftz", re.sub(r"//.*", "", ptx))
 
@@ -296,8 +311,9 @@ def test_without_a_gpu_the_error_says_what_to_do() -> None:
 
 def stand_in(kinds: tuple[str, ...]) -> str:
     """Path of a library that looks like the GPU's driver and runs the launchers thread by thread."""
-    text = self_contained(algorithms_source(algorithms.program_of(kinds).files))
-    launchers = {f"launch_{name}": ("long long", "long long", "bs_items") for name in algorithms.entries_of(kinds)}
+    text = self_contained(stock_source(algorithms.program_of(kinds).files))
+    types = ("long long", "long long", "bs_items")
+    launchers = {f"launch_bs_{name}_f64": types for name in algorithms.entries_of(kinds)}
     return cuda_support.stand_in("reform_stand_in", text, launchers)
 
 
@@ -309,7 +325,7 @@ def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[tuple[str, ...
         made = Device(driver=stand_in(kinds))
         cuda.cuda_module.cache_clear()
         monkeypatch.setattr(cuda, "gpu", lambda: made)
-        monkeypatch.setattr(cuda, "compile_cached", lambda *_: b"no image")
+        monkeypatch.setattr(cuda_items, "compile_cached", lambda *_: b"no image")
         return made
 
     yield placed

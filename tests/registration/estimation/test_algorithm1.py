@@ -11,7 +11,7 @@ from bladesmith.codegen.algebra.multivector import Multivector, from_values
 from bladesmith.codegen.formulas.objects import costs
 from bladesmith.codegen.formulas.objects.blades import project_to_blade
 from bladesmith.codegen.formulas.registration import estimation, registration
-from bladesmith.codegen.programs.registration.registration import DIRECTED, KINDS
+from bladesmith.codegen.programs.registration.registration import DIRECTED
 
 from ...oracles.registration import (
     ALGEBRA,
@@ -34,6 +34,7 @@ from ...oracles.registration import (
     vector,
 )
 from ...support.formulas import series_exp
+from ...support.registration import KINDS
 
 # -- costs and their rates ---------------------------------------------------------------------------------
 

@@ -8,7 +8,7 @@ import pytest
 from bladesmith import cga3d as cga
 from bladesmith.codegen.algebra.multivector import from_values
 from bladesmith.codegen.formulas.registration import registration
-from bladesmith.codegen.programs.registration.registration import DIRECTED, KINDS
+from bladesmith.codegen.programs.registration.registration import DIRECTED
 from bladesmith.dispatch.formulas import evaluate
 
 from ...oracles.registration import (
@@ -30,6 +30,7 @@ from ...oracles.registration import (
     values,
     vector,
 )
+from ...support.registration import KINDS
 
 # -- what a motor sees -------------------------------------------------------------------------------------
 

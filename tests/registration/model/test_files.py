@@ -108,7 +108,7 @@ HOSTILE = [
     ('{HEAD, "lnes": []}', "lnes.*did you mean 'lines'"),
     ('{HEAD, "lines": {}}', "lines"),
     ('{HEAD, "lines": null}', "lines"),
-    ('{HEAD, "lines": [LINE], "lines": []}', "'lines' is there twice"),
+    ('{HEAD, "lines": [LINE], "lines": []}', "duplicate key 'lines'"),
     ('{HEAD, "points": [{"xyz": [0, 0, NaN]}]}', r"line 1: points\[0\]\.xyz\[2\] is nan; numbers are finite"),
     ('{HEAD, "points": [{"xyz": [0, 0, -Infinity]}]}', r"xyz\[2\] is -inf; numbers are finite"),
     ('{HEAD, "points": [{"xyz": [0, 0, 1e999]}]}', r"points\[0\]\.xyz\[2\]"),

@@ -7,7 +7,7 @@ import pytest
 
 from bladesmith import cga3d
 from bladesmith.codegen.build.extension import compiler
-from bladesmith.codegen.programs.registration.registration import DIRECTED, KINDS
+from bladesmith.codegen.programs.registration.registration import DIRECTED, KINDS, matched_as
 from bladesmith.dispatch.formulas import ArrayOperand, evaluate
 from bladesmith.registration.backends.driver import Driver
 from bladesmith.registration.model.normalization import (
@@ -44,13 +44,13 @@ def made(kind, places, along, sizes):
         "circle": lambda: cga3d.circle(places, along, sizes),
         "plane": lambda: cga3d.plane(along, (places * along).sum(1)),
         "sphere": lambda: cga3d.sphere(places, sizes),
-    }[kind]()
+    }[matched_as(kind)]()
 
 
 def projectors(kind, along):
     """To the directions in which an object places a point."""
     own = np.einsum("ni,nj->nij", along, along)
-    return {"line": np.eye(3) - own, "plane": own}.get(kind, np.tile(np.eye(3), (len(along), 1, 1)))
+    return {"line": np.eye(3) - own, "plane": own}.get(matched_as(kind), np.tile(np.eye(3), (len(along), 1, 1)))
 
 
 # -- elements ----------------------------------------------------------------------------------------------

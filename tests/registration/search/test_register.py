@@ -82,7 +82,7 @@ def test_all_kinds_together():
 
 def least(query, reference, motor, true):
     """The motor of the least positive cost over the true matches."""
-    problem = RegistrationProblem(query.objects, reference.objects, threads=1)
+    problem = RegistrationProblem(query, reference, threads=1)
     to, back = cga3d.translator(-problem.reference.center), cga3d.translator(problem.query.center)
     start = scale_coefficients(to * motor * back, 1 / problem.reference.unit)._data.reshape(-1)
     pairs = {k.removesuffix("s"): (np.flatnonzero(m >= 0), m[m >= 0]) for k, m in true.items()}
@@ -179,11 +179,16 @@ def free(**model):
         ({"points": np.outer(np.linspace(-1, 2, 8), (1, 2, 2)) + (1, 0, 0)}, 1, "the rotation"),
         ({"points": [(1, 2, 3)]}, 3, "the rotation"),
         ({"points": [(1, 2, 3), (0, 1, 0)]}, 1, "the rotation"),
-        ({"planes": [(np.cos(a), np.sin(a), 0, 0) for a in np.linspace(0, 3, 7)]}, 1, "the translation"),
-        ({"planes": [(0, 0, 1, a) for a in (0, 1, 3)]}, 3, "the translation"),
-        ({"spheres": [(1, 2, 3, 1), (1, 2, 3, 2)]}, 3, "the rotation"),
-        ({"circles": [(0, 0, a, 0, 0, 1, 1 + a) for a in (0, 1, 3)]}, 1, "the rotation"),
-        ({"point_pairs": [((1, 2, 3), (0, 0, 1))]}, 1, "the rotation"),
+        pytest.param(
+            *({"planes": [(np.cos(a), np.sin(a), 0, 0) for a in np.linspace(0, 3, 7)]}, 1, "the translation"),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param({"planes": [(0, 0, 1, a) for a in (0, 1, 3)]}, 3, "the translation", marks=pytest.mark.slow),
+        pytest.param(*({"spheres": [(1, 2, 3, 1), (1, 2, 3, 2)]}, 3, "the rotation"), marks=pytest.mark.slow),
+        pytest.param(
+            {"circles": [(0, 0, a, 0, 0, 1, 1 + a) for a in (0, 1, 3)]}, 1, "the rotation", marks=pytest.mark.slow
+        ),
+        pytest.param({"point_pairs": [((1, 2, 3), (0, 0, 1))]}, 1, "the rotation", marks=pytest.mark.slow),
     ],
 )
 def test_free_motions_are_told(model, count, words):
@@ -289,7 +294,7 @@ def test_duplicates_match_the_same_object():
     ("size", "center", "error"),
     [(1e-6, (0, 0, 0), 1e-12), (1e6, (0, 0, 0), 1e-12), (1.0, (1e6, -2e6, 1e6), 1e-7), (1e-6, (1, 2, 3), 1e-7)],
 )
-@pytest.mark.parametrize("kind", ["lines", "circles"])
+@pytest.mark.parametrize("kind", ["lines", pytest.param("circles", marks=pytest.mark.slow)])
 def test_far_small_and_large_models(size, center, error, kind):
     query, reference, motor, true = scene({kind: 15}, 6, 0.2, 0.2, size=size, center=center)
     found = register(query, reference, threads=1)
@@ -312,6 +317,7 @@ def test_a_few_objects_far_away_place_no_frame(kind, far):
         assert found.converged and apart(found.motor, motor) < 0.02
 
 
+@pytest.mark.slow
 def test_motors_have_a_scalar_part_that_is_not_negative():
     for seed in range(12):
         query, reference, _, _ = scene({"lines": 8, "points": 6}, seed)
@@ -354,6 +360,7 @@ def test_one_model_ten_times_larger_is_another_one():
     assert not found.converged and found.message
 
 
+@pytest.mark.slow
 def test_nothing_is_raised_but_errors_of_the_package():
     rng = np.random.default_rng(11)
     for kinds in (("lines",), ("points",), ("lines", "planes"), ("circles",)) * 15:

@@ -32,6 +32,7 @@ def test_scale_and_pose(spec, wrong, noise):
     assert failed <= max(0.05 * len(range_), 1)
 
 
+@pytest.mark.slow
 def test_models_of_one_scale_have_scale_one():
     query, reference, motor, _ = scene({"lines": 15, "planes": 10, "circles": 5}, 1, 0.2, 0.2)
     found = register_similarity(query, reference, lambda model: register(model, reference, threads=1))
@@ -40,7 +41,7 @@ def test_models_of_one_scale_have_scale_one():
 
 def test_the_likeliest_scale_comes_first():
     query, reference, _, factor = smaller({"circles": 20}, 2, 0.3, 0.0)
-    found = scales(RegistrationProblem(query.objects, reference.objects, threads=1))
+    found = scales(RegistrationProblem(query, reference, threads=1))
     assert abs(np.log(found[0] / factor)) < 0.01
     assert 1 <= len(found) <= 8
 

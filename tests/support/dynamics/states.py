@@ -137,19 +137,17 @@ class Looked:
         self._to_world(s, algebra, rates, rows)
 
     def _all(self, s, algebra):
-        n, model = len(s.mass), self.driver._model
+        n = len(s.mass)
         own, state = self.frame.to_body, body_of(s, algebra)
         place = algebra.translator(s.x - self.made.origin) * algebra.motor_from_matrix(state.rotation) * own
         motors = place.as_kind("motor", check=False).values
         twists = (~own >> state.twist_in_body).values
         if self.frame.allowed is not None:
             twists = np.where(self.frame.allowed, twists, 0.0)
-        first, stride = model.numbers, self.made.parameter_count if self.made.size > 1 else 0
         rates, rows, rank = np.empty((n, 6)), np.empty((n, 6)), np.empty(n, int)
         for i in range(n):
-            model.numbers = first + i * stride
             self.before(i)
-            found = self.driver.evaluate(0.0, motors[i : i + 1], twists[i : i + 1])
+            found = self.driver.evaluate(0.0, motors[i : i + 1], twists[i : i + 1], i if self.made.size > 1 else 0)
             rates[i], rows[i], rank[i] = found["accelerations"][0], found["reactions"][0], found["rank"]
         self.rank, self.twists = rank, twists
         return rates, rows

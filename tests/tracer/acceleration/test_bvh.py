@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from bladesmith import tracer
+from bladesmith.codegen.programs.tracer.records import SCENE
 from bladesmith.codegen.programs.tracer.scene import TREE_PAYS, TREE_PAYS_WIDE, needs
 from bladesmith.status import Status
-from bladesmith.tracer.acceleration.bvh import PARTS, round_outward, tree_over
+from bladesmith.tracer.acceleration.bvh import NODE, PARTS, round_outward, tree_over
 from bladesmith.tracer.rendering.program import engine_for
+from bladesmith.tracer.rendering.scene_arrays import scene_arrays
+from bladesmith.tracer.rendering.surface_tables import SurfaceTable, SurfaceTables
 
 from ...support.tracer.lattices import CAMERA, both, lattice, rays
 
@@ -146,10 +149,15 @@ def check_tree(tree, boxes):
 def check_nodes(tree, boxes):
     """Boxes of 32 bits hold the others and are hardly larger; where there is no part, nothing is inside."""
     np.testing.assert_array_equal(tree.whole, [*boxes[:, :3].min(axis=0), *boxes[:, 3:].max(axis=0)])
-    assert tree.nodes.ctypes.data % 64 == 0 and tree.nodes.itemsize == 128
+    nodes = tree.packed.view(NODE)[1:]
+    table = SurfaceTable(np.zeros((len(boxes), 4)), np.zeros(len(boxes), np.int32), boxes)
+    integers, _ = scene_arrays(["sphere"], SurfaceTables(sphere=table), tree, np.float64, {}, {}, is_c=True)
+    begin = SCENE.view(integers[: SCENE.size]).tree_at
+    assert integers[int(begin) :].ctypes.data % 64 == 0 and nodes.itemsize == 128
+    assert integers[int(begin) :].tobytes() == tree.packed.tobytes()
     there = tree.parts != EMPTY
     exact = ((tree.boxes - np.tile(tree.center, 2)[:, None]) * tree.unit).transpose(0, 2, 1)[there]
-    found = tree.nodes["boxes"].transpose(0, 2, 1)
+    found = nodes["boxes"].transpose(0, 2, 1)
     assert np.all(found[there][:, :3] <= exact[:, :3]) and np.all(found[there][:, 3:] >= exact[:, 3:])
     np.testing.assert_allclose(found[there], exact, rtol=2**-23, atol=1e-44)
     assert np.all(found[~there] == [np.inf] * 3 + [-np.inf] * 3)

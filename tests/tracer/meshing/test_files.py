@@ -8,10 +8,9 @@ import struct
 import numpy as np
 import pytest
 import trimesh
-from click.testing import CliRunner
 
 from bladesmith import tracer
-from bladesmith.cli.mesh import command
+from bladesmith.cli import main
 from bladesmith.errors import InputError, SceneError
 from bladesmith.tracer.meshing import TriangleMesh, mesh_of
 from bladesmith.tracer.meshing.scenes import scene_meshes
@@ -180,8 +179,7 @@ color = [0.2, 0.4, 0.8]
 def test_the_command_writes_all_surfaces_with_names_and_colors(tmp_path):
     (tmp_path / "scene.toml").write_text(SCENE)
     target = tmp_path / "out.glb"
-    done = CliRunner().invoke(command, [str(tmp_path / "scene.toml"), "-o", str(target), "--rings", "8"])
-    assert done.exit_code == 0, done.output
+    assert main.run(["mesh", str(tmp_path / "scene.toml"), "-o", str(target), "--rings", "8"]) == 0
     tree, numbers = read_glb(target)
     names = ["0 plane", "1 sphere", "2 evolved circles"]
     assert sorted(mesh["name"] for mesh in tree["meshes"]) == names
@@ -200,17 +198,16 @@ def test_the_command_writes_all_surfaces_with_names_and_colors(tmp_path):
     assert (corners[:, :2].max(0) > [2, 1.6]).all()
 
 
-def test_the_command_writes_one_surface_and_refuses_others(tmp_path):
+def test_the_command_writes_one_surface_and_refuses_others(tmp_path, capsys):
     (tmp_path / "scene.toml").write_text(SCENE)
-    arguments = [str(tmp_path / "scene.toml"), "-o", str(tmp_path / "one.stl"), "--surface", "2", "--caps"]
-    assert CliRunner().invoke(command, arguments).exit_code == 0
+    arguments = ["mesh", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "one.stl")]
+    assert main.run([*arguments, "--surface", "2", "--caps"]) == 0
     assert trimesh.load(tmp_path / "one.stl").is_watertight
-    failed = CliRunner().invoke(command, [*arguments[:3], "--surface", "7"])
-    assert isinstance(failed.exception, InputError)
-    assert "no surface 7; the scene has 3" in str(failed.exception)
-    assert "Example: bladesmith mesh" in CliRunner().invoke(command, ["--help"]).output
-    failed = CliRunner().invoke(command, [arguments[0], "-o", str(tmp_path / "one.xyz")])
-    assert isinstance(failed.exception, InputError)
+    assert main.run([*arguments, "--surface", "7"]) == main.BAD_INPUT
+    assert "no surface 7; the scene has 3" in capsys.readouterr().err
+    assert main.run(["mesh", "--help"]) == 0
+    assert "Example: bladesmith mesh" in capsys.readouterr().out
+    assert main.run([*arguments[:3], str(tmp_path / "one.xyz")]) == main.BAD_INPUT
 
 
 def test_errors_name_the_surface():

@@ -264,6 +264,7 @@ def test_any_size_anywhere(power, shift):
 # -- an independent ray tracer on the mesh -----------------------------------------------------------------
 
 
+@pytest.mark.peers
 def test_embree_on_the_mesh_meets_the_surface():
     """Points on the tessellation come near those on the surface with the square of the number of quads."""
     from trimesh.ray.ray_pyembree import RayMeshIntersector

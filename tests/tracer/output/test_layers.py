@@ -47,7 +47,7 @@ def test_layers_come_in_one_pass_with_the_picture_and_without(scene, expected):
 def test_a_program_has_no_layers_unless_they_are_asked_for(path):
     scene = tracer.Scene.load(path)
     scene.render(4, 3)
-    assert "#define BS_SCENE_LAYERS 0" in scene.program.source and not scene.needs.layers
+    assert "store_layers" not in scene.program.source and not scene.needs.layers
     (how,) = scene._bound
     scene.layers(4, 3, ["cost"])
     last = list(scene._bound)[-1]

@@ -22,7 +22,7 @@ from bladesmith import tracer
 from bladesmith.cli.main import run
 from bladesmith.common import memory
 from bladesmith.errors import InputError, SceneError
-from bladesmith.tracer.rendering import canvas, render_jobs
+from bladesmith.tracer.rendering import canvas, engines, render_jobs
 from bladesmith.tracer.rendering.canvas import RenderInterrupted
 
 from ...support.tracer.rendering import ALL, SIZE
@@ -35,7 +35,7 @@ PATIENCE = 60.0  # seconds for a process on a busy machine
 
 @pytest.mark.parametrize("how", ["serial", "threads", "executor"])
 def test_an_interrupt_hands_on_what_is_done(scene, expected, how, monkeypatch, small_bands):
-    monkeypatch.setattr(render_jobs, "RAYS_PER_CHUNK", 100)
+    monkeypatch.setattr(engines.Engine, "chunk", 100)
 
     def stop(progress):
         if progress.done > progress.total / 3:

@@ -172,6 +172,7 @@ def test_a_grazing_ray_stays_within_the_triangle(rng):
     assert ((t > 0.99) & (t < 2.2)).all()
 
 
+@pytest.mark.peers
 def test_embree_agrees(rng):
     from trimesh.ray.ray_pyembree import RayMeshIntersector
 

@@ -37,6 +37,8 @@ ROUNDINGS = {"circles": 8, "pairs": 1024}
 #: Rays near tangents are decided where the condition between the roots is this many units of its rounding.
 DECIDED = {"circles": 32, "pairs": 128}
 CERTAIN = [name for name, family in FAMILIES.items() if family.nature != "grazing"]
+#: Those that run by default: one of each nature and kind.
+QUICK = ("circles_far", "circles_tangent", "pairs_tangent", "pairs_cubic")
 GRAZING = [name for name in FAMILIES if name not in CERTAIN]
 #: Of rays 1e-9 off tangents so many may be undecided: those at places where the surface itself is nearly singular.
 FEW = 0.002
@@ -117,7 +119,9 @@ def test_no_root_is_lost_and_none_is_false(name):
     assert np.mean(~a.decided) <= FEW
 
 
-@pytest.mark.parametrize("name", CERTAIN)
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CERTAIN]
+)
 def test_roots_are_off_by_little_more_than_their_condition(name):
     a = answers(name)
     same = np.flatnonzero(wrong(a) == 0)

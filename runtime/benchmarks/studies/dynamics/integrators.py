@@ -11,6 +11,7 @@ import numpy as np
 
 from .... import dynamics
 from ....dynamics.integration.integrators import INTEGRATORS
+from ....dynamics.integration.tableaus import FIXED_SCHEMES
 from ....errors import InputError
 from ...harness.algebras import cga3d
 from ...harness.runner import Measurement
@@ -26,7 +27,8 @@ GRAVITY, SPHERE = np.array([0.0, 0.0, -9.81]), 0.7
 #: Integrators that take steps of one size, in how many steps, and those that choose their own, with which tolerances.
 FEW, MANY = (60, 250, 1000), (250, 1000, 4000)
 STEPS = {
-    "rk4": MANY, "rkmk4": MANY, "cf4": MANY, "midpoint": MANY, "strang": MANY, "blanes-moan": FEW, "yoshida6": FEW,
+    "rk4": MANY, **dict.fromkeys(FIXED_SCHEMES, MANY), "cf4": MANY, "midpoint": MANY, "strang": MANY,
+    "blanes-moan": FEW, "yoshida6": FEW,
 }  # fmt: skip
 TOLERANCES = (1e-5, 1e-8, 1e-11)
 #: How often each motion is computed at once, so that the cost of the call is shared: where one takes little, and where

@@ -174,7 +174,7 @@ STUDY = Study(
         Method("solve_pose", by_newton, repeats=1, prepare=prepare),
         Method(f"solve_pose, path of {STEPS} steps", partial(by_newton, steps=STEPS), repeats=1),
         Method("Chain.inverse, one attempt", partial(by_chain, attempts=1), "iterations", BUDGETS, repeats=1),
-        Method("Chain.inverse", partial(by_chain, attempts=32), "iterations", BUDGETS[-1:], repeats=1),
+        Method("Chain.inverse", partial(by_chain, attempts=256), "iterations", BUDGETS[-1:], repeats=1),
         Method("plain Newton, NumPy", plain, "iterations", BUDGETS, repeats=1),
     ),
     cases=(

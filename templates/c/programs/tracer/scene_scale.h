@@ -22,11 +22,12 @@ BS_INLINE V FN(scene_square)(const V *direction)
 BS_INLINE V FN(scene_scaled)(V *direction)
 {
   const V square = FN(scene_square)(direction);
-  if (!ANY(NOT(AND(LT(square, SPLAT(BS_PLAIN)), GT(square, SPLAT(1.0 / BS_PLAIN)))))) return square;
+  const M plain = AND(LT(square, SPLAT(BS_PLAIN)), GT(square, SPLAT(1.0 / BS_PLAIN)));
+  if (!ANY(NOT(plain))) return square;
   const V x = ABS(direction[0]), y = ABS(direction[1]), z = ABS(direction[2]), least = SPLAT(BS_LEAST_NORMAL);
   const V first = SELECT(GT(x, y), x, y), second = SELECT(GT(z, least), z, least);
   const UI exponent = (UI)BITS(SELECT(GT(first, second), first, second)) >> BS_FRACTION_BITS;
-  const V scale = FROM_BITS((I)((BS_EXPONENTS - exponent) << BS_FRACTION_BITS));
+  const V power = FROM_BITS((I)((BS_EXPONENTS - exponent) << BS_FRACTION_BITS)), scale = SELECT(plain, SPLAT(1), power);
   for (int i = 0; i < 3; i++) direction[i] = scale * direction[i];
   return FN(scene_square)(direction);
 }

@@ -7,12 +7,24 @@
 #ifndef BS_TREE
 #define BS_TREE
 
+typedef struct { /* a node of a tree, 128 bytes: its four parts' boxes, seen from the tree's centre in its unit */
+  float boxes[24]; /* x, y, z of the low corners, then of the high ones; inside out where there is no part */
+  int32_t parts[4]; /* the number of a node, ~item of a row, or BS_NO_PART */
+  int32_t unused[4];
+} bs_node;
+
+typedef struct { /* among a scene's integers, before the nodes and as long as one of them */
+  double whole[6]; /* box around all */
+  double center[3], unit; /* a point x of the world is (x - center) * unit for nodes */
+  double unused[6];
+} bs_tree;
+
 /* A ray as the boxes of nodes see it; numbers are the same for each part. */
 typedef struct {
   float near[3][BS_PARTS], far[3][BS_PARTS], inverse[3][BS_PARTS];
-  float start, end;            /* 0, and the steps to t_max, or a few more */
+  float start, end; /* 0, and the steps to t_max, or a few more */
   ptrdiff_t first[3], last[3]; /* places of the sides, of a node's boxes, that the ray meets first and last */
-  double begin, steps;         /* t where the ray enters the whole, and steps in one of t */
+  double begin, steps; /* t where the ray enters the whole, and steps in one of t */
 } bs_box_ray;
 
 /* A part that waits: above its number, the bits of the steps to its box, which are no negative number and so have its
@@ -21,7 +33,10 @@ typedef int64_t bs_stack_entry;
 
 BS_INLINE float bs_entry_steps(bs_stack_entry entry)
 {
-  union { int32_t bits; float steps; } both;
+  union {
+    int32_t bits;
+    float steps;
+  } both;
   both.bits = (int32_t)(entry >> 32);
   return both.steps;
 }
@@ -43,7 +58,10 @@ BS_INLINE int bs_tree_enter(bs_stack_entry *stack, int count, const bs_node *nod
   int missed = 0;
 #pragma omp simd reduction(+ : missed)
   for (int c = 0; c < BS_PARTS; c++) { /* boxes.box_span; where a side is no number, it says nothing */
-    union { float steps; int32_t bits; } in;
+    union {
+      float steps;
+      int32_t bits;
+    } in;
     float out = box_ray->end, side;
     in.steps = box_ray->start;
     side = (first_x[c] - box_ray->near[0][c]) * box_ray->inverse[0][c], in.steps = side > in.steps ? side : in.steps;
@@ -63,45 +81,55 @@ BS_INLINE int bs_tree_enter(bs_stack_entry *stack, int count, const bs_node *nod
   for (int c = 0; c < BS_PARTS; c++) stack[count + c] = found[c];
   return count + BS_PARTS + missed;
 }
+
+/* A ray on its way through the tree. */
+typedef struct {
+  bs_box_ray box_ray;
+  int count; /* of parts that wait */
+  bs_stack_entry stack[BS_TREE_STACK];
+} BS_MAY_ALIAS bs_traversal;
+
+/* Take the nearest part that waits: an item to ask, else -1. */
+BS_INLINE ptrdiff_t bs_traversal_step(bs_traversal *traversal, const ptrdiff_t *layout, ptrdiff_t *state)
+{
+  const bs_node *const nodes = (const bs_node *)(layout + layout[BS_LAYOUT_TREE_AT]) + 1;
+  const bs_stack_entry next = traversal->stack[--traversal->count];
+  const int32_t part = (int32_t)next;
+  if (bs_entry_steps(next) > traversal->box_ray.end) return -1;
+  if (part < 0) return part == BS_NO_PART ? -1 : ~part; /* rays from where numbers of 32 bits end enter every box */
+  traversal->count = bs_tree_enter(traversal->stack, traversal->count, nodes + part, &traversal->box_ray);
+  state[BS_STATE_COST] += BS_PARTS;
+  return -1;
+}
 #endif
 
-/* Ask one row. */
-BS_INLINE void FN(scene_ask_item)(FN(search) *search, const bs_scene *scene, const FN(ray) *ray, ptrdiff_t item)
+BS_INLINE float FN(tree_end)(const bs_box_ray *box_ray, const S *search)
 {
-  search->kind = scene->tree.items[2 * item], search->index = scene->tree.items[2 * item + 1];
-#define BS_EACH(number, name, given, size) \
-  if (search->kind == number) FN(name##_hits)(search, BS_ROW(scene, number, size, search->index), ray);
-  BS_SCENE_KINDS(BS_EACH)
-#undef BS_EACH
-  FN(scene_asked)(search, scene, ray);
-}
-
-BS_INLINE float FN(tree_end)(const bs_box_ray *box_ray, const FN(search) *search)
-{
-  const double steps = ((double)search->t_max - box_ray->begin) * box_ray->steps;
+  const double steps = ((double)search[BS_SEARCH_T_MAX] - box_ray->begin) * box_ray->steps;
   return (float)(steps + BS_TREE_MARGIN * (1 + fabs(steps)));
 }
 
 /* The ray as nodes see it; 0 where it passes the whole by. */
-BS_INLINE int FN(tree_ray)(bs_box_ray *box_ray, const bs_tree *tree, const FN(ray) *ray, const FN(search) *search)
+BS_INLINE int FN(tree_ray)(bs_box_ray *box_ray, const bs_tree *tree, const S *reals, const S *ray, const S *search)
 {
-  const S reach = (S)tree->reach, bounds[2] = {search->t_min, search->t_max};
+  const S *const direction = ray + BS_RAY_DIRECTION;
+  const S bounds[2] = {search[BS_SEARCH_T_MIN], search[BS_SEARCH_T_MAX]};
   S near[3], far[3], inverse[3], first[3], last[3], span[2];
   double fastest = 0;
-  FN(cga3d_box_ray)(near, far, inverse, ray->origin, ray->direction, &reach);
+  FN(cga3d_box_ray)(near, far, inverse, ray + BS_RAY_ORIGIN, direction, reals + BS_BOUNDS_REACH);
   BS_UNROLL
   for (int i = 0; i < 3; i++) {
-    const int low = ray->direction[i] < 0 ? 3 + i : i, high = ray->direction[i] < 0 ? i : 3 + i;
+    const int low = direction[i] < 0 ? 3 + i : i, high = direction[i] < 0 ? i : 3 + i;
     first[i] = (S)tree->whole[low], last[i] = (S)tree->whole[high];
     box_ray->first[i] = low * BS_PARTS, box_ray->last[i] = high * BS_PARTS;
-    fastest = ABS(ray->direction[i]) > fastest ? ABS(ray->direction[i]) : fastest;
+    fastest = ABS(direction[i]) > fastest ? ABS(direction[i]) : fastest;
   }
   FN(cga3d_box_span)(span, near, far, inverse, first, last, bounds);
   if (!(span[0] <= span[1])) return 0;
   box_ray->begin = span[0], box_ray->steps = fastest * tree->unit;
   BS_UNROLL
   for (int i = 0; i < 3; i++) {
-    const double moved = box_ray->begin * ray->direction[i] - tree->center[i];
+    const double moved = box_ray->begin * direction[i] - tree->center[i];
     const double margin = inverse[i] < 0 ? -BS_TREE_MARGIN : BS_TREE_MARGIN;
     const float before = (float)((near[i] + moved) * tree->unit + margin);
     const float behind = (float)((far[i] + moved) * tree->unit - margin);
@@ -114,47 +142,40 @@ BS_INLINE int FN(tree_ray)(bs_box_ray *box_ray, const bs_tree *tree, const FN(ra
   return 1;
 }
 
-/* A ray on its way through the tree. */
-typedef struct {
-  bs_box_ray box_ray;
-  int count; /* of parts that wait */
-  bs_stack_entry stack[BS_TREE_STACK];
-} FN(traversal);
-
-/* Ask what has no box, and the root. */
-BS_INLINE void FN(traversal_begin)(FN(traversal) *traversal, FN(search) *search, const bs_scene *scene, const FN(ray) *ray,
-                                   int any)
+/* Begin with the root; see codegen/programs/tracer/tree_search.py. */
+BS_INLINE void FN(traversal_begin)(
+    bs_traversal *traversal, const ptrdiff_t *layout, const S *reals, const S *ray, const S *search, ptrdiff_t *state)
 {
-  const bs_tree *const tree = &scene->tree;
+  const bs_tree *const tree = (const bs_tree *)(layout + layout[BS_LAYOUT_TREE_AT]);
   traversal->count = 0;
-  for (ptrdiff_t item = tree->unbounded; item < tree->item_count; item++) {
-    if (any && search->count) return;
-    FN(scene_ask_item)(search, scene, ray, item);
-  }
-  if (!tree->node_count || (any && search->count) || !FN(tree_ray)(&traversal->box_ray, tree, ray, search)) return;
-  traversal->count = bs_tree_enter(traversal->stack, 0, tree->nodes, &traversal->box_ray);
-  search->cost += BS_PARTS;
+  if (!layout[BS_LAYOUT_NODES] || !FN(tree_ray)(&traversal->box_ray, tree, reals, ray, search)) return;
+  traversal->count = bs_tree_enter(traversal->stack, 0, (const bs_node *)tree + 1, &traversal->box_ray);
+  state[BS_STATE_COST] += BS_PARTS;
 }
 
-/* Ask the nearest part that waits. */
-BS_INLINE void FN(traversal_step)(FN(traversal) *traversal, FN(search) *search, const bs_scene *scene, const FN(ray) *ray)
+/* After hits that bring the end of the search nearer. */
+BS_INLINE void FN(traversal_narrow)(bs_traversal *traversal, const S *search)
 {
-  const bs_stack_entry next = traversal->stack[--traversal->count];
-  const int32_t part = (int32_t)next;
-  if (bs_entry_steps(next) > traversal->box_ray.end) return;
-  if (part >= 0) {
-    traversal->count = bs_tree_enter(traversal->stack, traversal->count, scene->tree.nodes + part, &traversal->box_ray);
-    search->cost += BS_PARTS;
-  } else if (part != BS_NO_PART) { /* rays from where numbers of 32 bits end enter every box, even of none */
-    FN(scene_ask_item)(search, scene, ray, ~part);
-    traversal->box_ray.end = FN(tree_end)(&traversal->box_ray, search);
-  }
+  traversal->box_ray.end = FN(tree_end)(&traversal->box_ray, search);
 }
 
-/* Ask every row that the ray may meet, the nearest boxes first; where any hit will do, until there is one. */
-BS_INLINE void FN(scene_ask)(FN(search) *search, const bs_scene *scene, const FN(ray) *ray, int any)
+/* The same as algorithms call them, with room for the ray's way among their own numbers. */
+BS_INLINE void FN(begin_tree)(const ptrdiff_t *scene, const ptrdiff_t *integers, const S *reals, const S *ray,
+    const S *search, ptrdiff_t *state, S *progress, ptrdiff_t *traversal)
 {
-  FN(traversal) traversal;
-  FN(traversal_begin)(&traversal, search, scene, ray, any);
-  while (traversal.count > 0 && !(any && search->count)) FN(traversal_step)(&traversal, search, scene, ray);
+  (void)integers, (void)progress;
+  FN(traversal_begin)((bs_traversal *)traversal, scene, reals, ray, search, state);
+}
+
+BS_INLINE ptrdiff_t FN(next_in_tree)(const ptrdiff_t *scene, const ptrdiff_t *integers, const S *reals, const S *ray,
+    const S *search, ptrdiff_t *state, S *progress, ptrdiff_t *traversal)
+{
+  bs_traversal *const way = (bs_traversal *)traversal;
+  (void)integers, (void)reals, (void)ray, (void)progress;
+  if (way->count > 0) FN(traversal_narrow)(way, search);
+  while (way->count > 0) {
+    const ptrdiff_t item = bs_traversal_step(way, scene, state);
+    if (item >= 0) return item;
+  }
+  return -1;
 }

@@ -10,7 +10,7 @@ typedef struct {
 
 typedef int32_t FN(wide_ids) __attribute__((vector_size(4 * W)));
 
-BS_INLINE void FN(wide_offer)(FN(wide) *rays, V t, V id)
+BS_INLINE void FN(wide_offer)(FN(wide) * rays, V t, V id)
 {
   const M nearer = OR(LT(t, rays->t), AND(EQ(t, rays->t), LT(id, rays->id)));
   const M taken = AND(GT(t, SPLAT(0)), nearer);
@@ -18,7 +18,7 @@ BS_INLINE void FN(wide_offer)(FN(wide) *rays, V t, V id)
   rays->id = SELECT(taken, id, rays->id);
 }
 
-BS_INLINE void FN(plane_wide)(FN(wide) *rays, const S *k, V id)
+BS_INLINE void FN(plane_wide)(FN(wide) * rays, const S *k, V id)
 {
   V row[4], t[1];
   FN(load_broadcast)(row, k, 4);
@@ -26,7 +26,7 @@ BS_INLINE void FN(plane_wide)(FN(wide) *rays, const S *k, V id)
   FN(wide_offer)(rays, t[0], id);
 }
 
-BS_INLINE void FN(sphere_wide)(FN(wide) *rays, const S *k, V id)
+BS_INLINE void FN(sphere_wide)(FN(wide) * rays, const S *k, V id)
 {
   V row[4], t[2], first[3], last[3];
   FN(load_broadcast)(row, k, 4);
@@ -72,12 +72,15 @@ BS_INLINE uint64_t FN(wide_checksum)(UI lanes)
 }
 
 /* Rays of one checksum. */
-BS_INLINE void FN(wide_part)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *given,
-                             const bs_hits *out)
+BS_INLINE void FN(wide_part)(
+    const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *given, const bs_hits *out)
 {
   /* copies, which no result that is stored could change */
   const void *const origins = given->origins, *const directions = given->directions;
   const ptrdiff_t origin_stride = given->origin_stride, direction_stride = given->direction_stride;
+  const S *const reals = (const S *)scene->reals;
+  const ptrdiff_t *const integers = scene->integers;
+  const ptrdiff_t (*const tables)[BS_TABLE_SIZE] = (const ptrdiff_t (*)[BS_TABLE_SIZE])(integers + BS_LAYOUT_SIZE);
   S *const times = (S *)out->t;
   int32_t *const surfaces = out->surface;
   uint8_t *const statuses = out->status;
@@ -90,13 +93,15 @@ BS_INLINE void FN(wide_part)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t e
     checksum ^= FN(wide_bits)(rays.origin, rays.direction);
     checksum += checksum << 5;
     checksum ^= checksum >> (BS_BITS / 2 - 1);
-    const V *const o = rays.origin, square = FN(scene_scaled)(rays.direction), reach = ABS(o[0]) + ABS(o[1]) + ABS(o[2]);
-    const M valid = AND(LE(reach + square, SPLAT(BS_FAR)), GT(square, SPLAT(0))); /* the square adds nothing to BS_FAR */
+    const V *const o = rays.origin, square = FN(scene_scaled)(rays.direction),
+                   reach = ABS(o[0]) + ABS(o[1]) + ABS(o[2]);
+    const M valid =
+        AND(LE(reach + square, SPLAT(BS_FAR)), GT(square, SPLAT(0))); /* the square adds nothing to BS_FAR */
     rays.t = SPLAT(BS_FAR), rays.id = SPLAT(-1);
-#define BS_EACH(number, name, given_size, size) \
-    for (ptrdiff_t k = 0; k < scene->surfaces[number].count; k++) \
-      FN(name##_wide)(&rays, (const S *)scene->surfaces[number].constants + k * (size), \
-                      SPLAT(scene->surfaces[number].ids[k]));
+#define BS_EACH(number, name, given_size, size)                                        \
+  for (ptrdiff_t k = 0; k < tables[number][BS_TABLE_ROWS]; k++)                        \
+    FN(name##_wide)(&rays, reals + tables[number][BS_TABLE_CONSTANTS_AT] + k * (size), \
+        SPLAT(integers[tables[number][BS_TABLE_IDS_AT] + k]));
     BS_SCENE_KINDS(BS_EACH)
 #undef BS_EACH
     const V distance = rays.t * SQRT(square);
@@ -119,8 +124,8 @@ BS_INLINE void FN(wide_part)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t e
   if (out->checksum) out->checksum[begin >> BS_CHECKSUM_BITS] = FN(wide_checksum)(checksum);
 }
 
-static void FN(scene_wide)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *given,
-                           const bs_hits *out)
+static void FN(scene_wide)(
+    const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *given, const bs_hits *out)
 {
   const ptrdiff_t most = (ptrdiff_t)1 << BS_CHECKSUM_BITS;
   for (ptrdiff_t i = begin; i < end; i += most) FN(wide_part)(scene, i, i + most < end ? i + most : end, given, out);

@@ -1,0 +1,1 @@
+"""Trees of links on joints: inverse and forward dynamics, mass matrices."""

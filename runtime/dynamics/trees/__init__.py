@@ -1,0 +1,1 @@
+"""Simulations of trees of joints in the coordinates of the joints."""

@@ -1,0 +1,119 @@
+"""Steps of control loops: a state and torques in, the next state out, with nothing made in between."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...codegen.errors import InputError, SimulationError
+from ...common.validation import as_instance, real_array
+from ...mechanics.system import System
+from .problem import TreeProblem
+
+Array = NDArray[Any]
+
+
+class JointState:
+    """Coordinates and speeds of all joints at a time.
+
+    Attributes
+    ----------
+    q, qd : array (n,)
+        In the order of the joints, and of their freedoms.
+    time : float
+    """
+
+    __slots__ = ("q", "qd", "time")
+
+    def __init__(self, q: Array, qd: Array, time: float = 0.0) -> None:
+        self.q, self.qd, self.time = q, qd, time
+
+    def __repr__(self) -> str:
+        return f"<JointState at t = {self.time:.6g}: q = {self.q}, qd = {self.qd}>"
+
+
+class Stepper:
+    """Steps of a tree of joints; made by `Simulation.stepper`. Not for several threads at once.
+
+    Attributes
+    ----------
+    start : JointState
+        The simulation's own.
+    dt : float
+    names : tuple of str
+        Of the joints, one for each coordinate.
+    """
+
+    def __init__(self, problem: TreeProblem, system: System, dt: float, substeps: int) -> None:
+        tree = problem.tree
+        if (tree.balls != -1).any():
+            raise InputError(
+                "a stepper is for joints with coordinates, and something turns about a point.",
+                remedy="Hold the root, and take revolute joints in place of spherical ones",
+            )
+        if problem.assembly.batched:
+            raise InputError("a stepper is of one simulation, not of a batch.")
+        driver = problem.with_fixed_steps().driver((dt, dt / substeps, None, None))
+        self.dt, n = dt, tree.count
+        joints = sorted(tree.joints, key=lambda joint: joint.index)
+        ranges = [range(j.first, j.first + len(j.freedoms.axes)) for j in joints]
+        order = [k for j, each in zip(joints, ranges, strict=True) for k in (each[::-1] if j.is_reversed else each)]
+        names = system.joint_names or [f"joint_{i}" for i in range(len(system.joints))]
+        self.names = tuple(names[j.index] for j, each in zip(joints, ranges, strict=True) for _ in each)
+        self._order = None if order == list(range(n)) else np.array(order)
+        starts = [system.joint_coordinates[j.index] for j in joints]
+        self._zero = np.repeat(starts, [len(each) for each in ranges])
+        memory, own = driver.own_memory(), driver.parameters.each
+        self._constant = own["torques"][0].copy() if own["torques"].any() else None
+        self._shape, self._state, self._torques = (n,), memory["state"][0], np.zeros(n)
+        start = self._state.copy()
+        arguments = {**driver.shared(), "h": dt / substeps, "count": substeps}
+        arguments |= {name: x[0] for name, x in {**own, **memory}.items()}
+        arguments |= {"state": self._state, "torques": self._torques}
+        self._bound = driver.loops["steps"].over(1, {}, arguments)
+        self._run, self._status, self._kept = self._bound.run, self._bound.returned[0], arguments
+        self.start = self._read(start, 0.0)
+
+    def state(self, q: ArrayLike, qd: ArrayLike = 0.0, time: float = 0.0) -> JointState:
+        """A state from arrays (n,), or a number for all."""
+        own = [np.array(np.broadcast_to(real_array(x, n), self._shape), np.float64) for x, n in ((q, "q"), (qd, "qd"))]
+        return JointState(own[0], own[1], float(time))
+
+    def __call__(self, state: JointState, torques: ArrayLike) -> JointState:
+        """The state a step later, under torques (n,) that stay as they are for its time.
+
+        Raises
+        ------
+        InputError, ShapeError
+            If an array has another shape.
+        SimulationError
+            If the next state is not finite.
+        """
+        n, own, order, shape = self._shape[0], self._state, self._order, self._shape
+        if type(state) is not JointState:
+            as_instance(state, "state", JointState)
+        q, qd = state.q, state.qd
+        if not (type(torques) is type(q) is type(qd) is np.ndarray and torques.shape == shape == q.shape == qd.shape):
+            torques, q, qd = (real_array(x, name, shape) for x, name in ((torques, "torques"), (q, "q"), (qd, "qd")))
+        if order is None:
+            np.subtract(q, self._zero, own[:n])
+            own[n:], self._torques[...] = qd, torques
+        else:
+            own[order], own[n + order], self._torques[order] = q - self._zero, qd, torques
+        if self._constant is not None:
+            self._torques += self._constant
+        self._run(0, 1)
+        if self._status[0]:
+            raise SimulationError(
+                f"the state is no longer finite, at time {state.time + self.dt:.6g}.",
+                remedy="Look at the torques; or take a smaller dt, or more substeps",
+            )
+        return self._read(own, state.time + self.dt)
+
+    def _read(self, own: Array, time: float) -> JointState:
+        n, order = self._shape[0], self._order
+        if order is None:
+            return JointState(own[:n] + self._zero, own[n:].copy(), time)
+        return JointState(own[order] + self._zero, own[n + order], time)

@@ -1,0 +1,1 @@
+"""Robots from MJCF files, the format of MuJoCo, and into them."""
