@@ -16,7 +16,7 @@ from bladesmith.dynamics.integration.program import tree_loops
 from bladesmith.errors import InputError
 
 from ...support import cuda
-from ...support.mechanisms.robots import real_robots
+from ...support.mechanisms.robots import needs_robots, real_robots
 
 CGA, PGA = bs.cga3d, bs.pga3d
 DOWN = dynamics.Gravity((0.0, 0.0, -9.81))
@@ -294,7 +294,7 @@ SOME = ("ur/ur5_robot", "xarm/xarm7", "kinova/kinova", "solo/solo12", "a1/a1", "
 
 @pytest.mark.peers
 @pytest.mark.slow
-@pytest.mark.skipif(not ROBOTS, reason="no package example-robot-data")
+@needs_robots
 @pytest.mark.parametrize("name", SOME)
 def test_robots_fall_as_pinocchio_has_it(name: str) -> None:
     pin = pytest.importorskip("pinocchio")

@@ -9,7 +9,7 @@ import bladesmith as bs
 from bladesmith import kinematics
 from bladesmith.errors import InputError
 
-from ...support.mechanisms.robots import each_robot, real_robots
+from ...support.mechanisms.robots import each_robot, needs_robots, real_robots
 
 ROBOTS = real_robots()
 #: Largest difference relative to the largest number of a result.
@@ -121,6 +121,7 @@ def test_every_chain_beside_pinocchio(name):
 
 @pytest.mark.peers
 @pytest.mark.compiles
+@needs_robots
 @pytest.mark.parametrize("name", ["ur/ur5_robot", "panda/panda", "talos_data/talos_reduced"])
 def test_derivatives_beside_pinocchio(name):
     pin = pytest.importorskip("pinocchio")

@@ -10,7 +10,7 @@ from bladesmith import Status, kinematics
 from bladesmith.errors import InputError, ShapeError
 from bladesmith.kinematics.robots.frames import rotation_of_quaternion
 
-from ...support.mechanisms.robots import each_robot, real_robots
+from ...support.mechanisms.robots import each_robot, needs_robots, real_robots
 from ..mjcf.models import ARM
 
 ROBOTS = real_robots()
@@ -108,6 +108,7 @@ def test_every_floating_robot_beside_pinocchio(name):
 
 @pytest.mark.peers
 @pytest.mark.compiles
+@needs_robots
 def test_derivatives_beside_pinocchio():
     """By what moves the root: derivatives along unit twists of its frame."""
     pin = pytest.importorskip("pinocchio")

@@ -29,7 +29,12 @@ def real_robots():
     return {f"{p.parts[-3].removesuffix('_description')}/{p.stem}": p for p in sorted(robots.rglob("*.urdf"))}
 
 
+ABSENT = "no package example-robot-data"
+#: A mark of tests that read some of these files.
+needs_robots = pytest.mark.skipif(not real_robots(), reason=ABSENT)
+
+
 def each_robot(start=""):
     """A mark by which a test runs with the name of each robot; where there are none it is skipped, and says why."""
-    absent = pytest.param("", marks=pytest.mark.skip(reason="no package example-robot-data"))
+    absent = pytest.param("", marks=pytest.mark.skip(reason=ABSENT))
     return pytest.mark.parametrize("name", [name for name in real_robots() if name.startswith(start)] or [absent])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -111,11 +112,13 @@ class Network:
                     if WORLD not in (point, other):
                         found[1, point, :, 0, other] += sense * by_position / self.masses[point]
                         found[1, point, :, 1, other] += sense * self.damping * ray / self.masses[point]
-        return found.reshape(6 * n, 6 * n)
+        jacobian: Array = found.reshape(6 * n, 6 * n)
+        return jacobian
 
     @staticmethod
     def _between(rows: Array, a: int, b: int) -> Array:
-        return rows[a] - (rows[b] if b != WORLD else 0.0)
+        apart: Array = rows[a] - (rows[b] if b != WORLD else 0.0)
+        return apart
 
 
 def pendulum(_: np.random.Generator, __: int, stiffness: float, rtol: float | None = SWEPT) -> Network:
