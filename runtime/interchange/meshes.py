@@ -233,7 +233,7 @@ def _read(file: Path) -> tuple[Array, Array, Array | None]:
     try:
         content = file.read_bytes()
         if file.suffix.lower() == ".obj":  # text, in which names and comments may be of any encoding: numbers are not
-            content = content.decode("utf-8", "replace").encode()
+            content = content.decode("utf-8-sig", "replace").encode()
         kind = file.suffix.lower().removeprefix(".")
         with deferred_interrupts():
             loaded = trimesh.load(io.BytesIO(content), file_type=kind, process=False, skip_materials=True)

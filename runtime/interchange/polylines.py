@@ -27,6 +27,9 @@ TYPES = {
     **dict(int8="i1", uint8="u1", int16="i2", uint16="u2", int32="i4", uint32="u4", float32="f4", float64="f8"),
 }
 
+#: Numbers of vertices beyond this one are of no file.
+LARGEST_INDEX = 1 << 53
+
 
 def load_segments(path: str | os.PathLike[str]) -> Array:
     """Ends (n, 2, 3) of the segments of a file, in its order; those without a length are left out.
@@ -52,9 +55,6 @@ def load_segments(path: str | os.PathLike[str]) -> Array:
     except OSError as error:
         raise InputError(f"the file cannot be read ({error.strerror})", where=str(file)) from None
     vertices, pairs = _obj(content, file) if file.suffix.lower() == ".obj" else _ply(content, file)
-    if not len(pairs):
-        raise InputError("the file holds no segments: elements `l` of OBJ, or `edge` of PLY.", where=str(file),
-                         remedy="bladesmith.reform.model_from_mesh makes lines of the edges of faces")  # fmt: skip
     bad = (pairs < 0) | (pairs >= len(vertices))
     if bad.any():
         i = int(bad.any(1).argmax())
@@ -64,7 +64,12 @@ def load_segments(path: str | os.PathLike[str]) -> Array:
     good = np.isfinite(ends).all((1, 2))
     if not good.all():
         raise InputError(f"segment {int((~good).argmax())} is not finite.", where=str(file))
-    return np.asarray(ends[(ends[:, 0] != ends[:, 1]).any(1)])
+    ends = ends[(ends[:, 0] != ends[:, 1]).any(1)]
+    if not len(ends):
+        raise InputError("the file holds no segments with a length: elements `l` of OBJ, or `edge` of PLY.",
+                         where=str(file),
+                         remedy="bladesmith.reform.model_from_mesh makes lines of the edges of faces")  # fmt: skip
+    return np.asarray(ends)
 
 
 # -- PLY -----------------------------------------------------------------------------------------------------------
@@ -102,8 +107,8 @@ def _ply(content: bytes, file: Path) -> tuple[Array, Array]:
     if "edge" not in found:
         return vertices, np.empty((0, 2), np.int64)
     pairs = _columns(found, "edge", EDGE, file)
-    if not (pairs == np.round(pairs)).all():
-        raise InputError("the vertices of the edges are no integers.", where=str(file))
+    if not ((pairs == np.round(pairs)) & (np.abs(pairs) <= LARGEST_INDEX)).all():
+        raise InputError("the vertices of the edges are no integers, or too large.", where=str(file))
     return vertices, pairs.astype(np.int64)
 
 
@@ -116,7 +121,7 @@ def _columns(found: dict[str, Any], element: str, names: tuple[str, ...], file: 
 
 def _header(content: bytes, file: Path) -> tuple[str, list[_Element], bytes]:
     """Format, elements, and what follows the header."""
-    head, separator, body = content.partition(b"end_header")
+    head, separator, body = content.partition(b"\nend_header")
     lines = [line.split() for line in head.decode("ascii", "replace").splitlines()]
     form, elements, where = "", list[_Element](), ""
     try:
@@ -127,12 +132,12 @@ def _header(content: bytes, file: Path) -> tuple[str, list[_Element], bytes]:
                     form = name
                 case ["element", name, count]:
                     elements.append(_Element(name, int(count)))
+                    if elements[-1].count < 0:
+                        raise ValueError
                 case ["property", "list", length, kind, name]:
                     elements[-1].properties.append((name, TYPES[kind], TYPES[length]))
                 case ["property", kind, name]:
                     elements[-1].properties.append((name, TYPES[kind], None))
-        if any(element.count < 0 for element in elements):
-            raise ValueError
     except (KeyError, ValueError, IndexError):
         raise InputError(f"{' '.join(words)!r} is not a line of a header of PLY.", where=where) from None
     if not lines or lines[0] != ["ply"] or not separator or form not in FORMS:
@@ -167,6 +172,8 @@ def _rows_of_bytes(body: bytes, element: _Element, order: str) -> tuple[Any, byt
             count = 1
             if length is not None:
                 count = int(np.frombuffer(body, order + length, 1, place)[0])
+                if count < 0:  # else the reader would go back, and never end
+                    raise ValueError
                 place += np.dtype(length).itemsize
             place += count * np.dtype(kind).itemsize
     if place > len(body):
@@ -179,7 +186,7 @@ def _rows_of_bytes(body: bytes, element: _Element, order: str) -> tuple[Any, byt
 
 def _obj(content: bytes, file: Path) -> tuple[Array, Array]:
     """Vertices (v, 3), and indices (n, 2) of the stretches of polylines."""
-    text = content.decode("utf-8", "replace").replace("\\\r\n", " ").replace("\\\n", " ")
+    text = content.decode("utf-8-sig", "replace").replace("\\\r\n", " ").replace("\\\n", " ")
     vertices: list[list[float]] = []
     pairs: list[tuple[int, int]] = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -209,6 +216,6 @@ def _index(word: str, count: int, where: str) -> int:
         given = int(word.split("/")[0])
     except ValueError:
         raise InputError(f"a line has the vertex {short_repr(word)}; an integer is needed.", where=where) from None
-    if given == 0 or given < -count:
+    if given == 0 or not -count <= given <= LARGEST_INDEX:
         raise InputError(f"a line has the vertex {given}; {count} vertices stand before it.", where=where)
     return given - 1 if given > 0 else count + given

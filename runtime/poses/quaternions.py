@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from typing import Any, Literal, overload
 
@@ -92,8 +93,8 @@ def _has_last_near_one(values: Array) -> bool:
 
 
 def _not_unit(name: str, row: Array, what: str) -> InputError:
-    size = float(np.linalg.norm(row[:4]))
-    if size == 0:
+    size = math.hypot(*row[:4].tolist())
+    if size * size == 0:
         return InputError(f"{name} is zero, which is no rotation.", remedy="Remove it, or give the identity, w = 1")
     if what == "dual quaternion" and abs(size - 1) < 1e-12:
         off = float(row[:4] @ row[4:])

@@ -62,12 +62,16 @@ class Spline:
         self._length = np.diff(self._times)
         self._twists = _differences(poses)
         end = as_choice(ends, "ends", ENDS)
-        if velocities is None:
-            self._velocities = _velocities(self._twists, self._length, end == "rest")
-        else:
-            operand = as_twist(velocities, "velocities")
-            self._velocities = finite_array(operand.rows(), "velocities", (poses.size, 6))
-        self._coefficients = self._pieces(continuity)
+        with np.errstate(all="ignore"):
+            if velocities is None:
+                self._velocities = _velocities(self._twists, self._length, end == "rest")
+            else:
+                operand = as_twist(velocities, "velocities")
+                self._velocities = finite_array(operand.rows(), "velocities", (poses.size, 6))
+            self._coefficients = self._pieces(continuity)
+        if not np.isfinite(self._coefficients).all():
+            raise InputError("the times lie too close to each other, or too far: rates between them leave the numbers.",
+                             remedy="Choose another unit of time")  # fmt: skip
 
     @property
     def poses(self) -> Multivector:
@@ -180,4 +184,4 @@ def _velocities(twists: Array, length: Array, rest: bool) -> Array:
     if rest:
         matrix[1, [0, -1]], matrix[0, 1], matrix[2, -2] = 1, 0, 0
         right[[0, -1]] = 0
-    return np.asarray(solve_banded((1, 1), matrix, right))
+    return np.asarray(solve_banded((1, 1), matrix, right, check_finite=False))

@@ -87,7 +87,7 @@ def load_tum(path: str | os.PathLike[str]) -> tuple[Array, Multivector]:
     """
     file = as_path(path, "a trajectory is read from")
     try:
-        lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
+        lines = file.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     except OSError as error:
         raise InputError(f"the file cannot be read ({error.strerror})", where=str(file)) from None
     numbered = [(i, words) for i, line in enumerate(lines, 1) if (words := line.split("#", 1)[0].split())]

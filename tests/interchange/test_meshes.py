@@ -150,6 +150,9 @@ def test_comments_of_another_encoding(tmp_path):
     path = write_obj(tmp_path / "cube.obj", CUBE, TRIANGLES)
     path.write_bytes("# Würfel\no Größe\n".encode("latin-1") + path.read_bytes())
     assert load_mesh(path).faces.shape == (12, 3)
+    path = write_obj(tmp_path / "marked.obj", CUBE, TRIANGLES)
+    path.write_text(path.read_text(encoding="utf-8"), encoding="utf-8-sig")  # as editors of Windows begin files
+    assert load_mesh(path).faces.shape == (12, 3)
 
 
 @pytest.mark.filterwarnings("error")

@@ -20,7 +20,7 @@ def ply(form, vertex="double", faces=False):
     head = [
         "ply",
         f"format {form} 1.0",
-        "comment by hand",
+        "comment by hand, without an end_header",
         "element vertex 4",
         *(f"property {vertex} {x}" for x in "xyz"),
     ]
@@ -50,7 +50,7 @@ def test_lines_of_obj(tmp_path):
     text = "# by hand\nv 0 0 0\nv 1 0 0 1.0\nvt 0 0\nl 1 2/1 \\\n 3\n"
     text += "v 1 1 .5\nv -2 3.25 1e-3 # last\nl -1 1\nl 2 2\nf 1 2 3\n"
     for ending in ("\n", "\r\n"):
-        file.write_bytes(text.replace("\n", ending).encode("latin-1"))
+        file.write_bytes(text.replace("\n", ending).encode("utf-8-sig"))
         np.testing.assert_array_equal(load_segments(file), V[PAIRS])
     model = reform.model_from_edges(file, unit="m")
     assert (model.name, model.unit, model.origin, len(model)) == ("Drawing", "m", "Drawing.OBJ", 3)
@@ -61,7 +61,8 @@ OBJ = {
     "v 0 0 0\nl 0 1\n": "line 2: a line has the vertex 0", "v 0 0 0\nl -2 1\n": "line 2: .*vertex -2; 1 vertices stand",
     "v 0 0 0\nl 1 3\n": r"vertices \[0, 2\]; there are 1", "v 0 0\n": "line 1: a vertex is '0 0'; three numbers",
     "v 0 0 nan\nv 1 1 1\nl 1 2\n": "segment 0 is not finite", "v 0 0 0\n": "no segments.*model_from_mesh",
-    "": "no segments",
+    "": "no segments", "v 0 0 0\nl 1 1\n": "no segments with a length",
+    "v 0 0 0\nl 1 99999999999999999999\n": "line 2: a line has the vertex 9999",
 }  # fmt: skip
 
 
@@ -94,9 +95,13 @@ PLY = {
     ply("ascii").replace(b"ascii",
     b"utf8"): "not PLY",
     ply("ascii").replace(b"edge 3",
-    b"edge -3"): "is not a line of a header",
+    b"edge -3"): "line 8: 'element edge -3' is not a line of a header",
     ply("binary_big_endian", faces=True).replace(b"face 1",
     b"face 9999"): "element face of 9999 rows",
+    ply("ascii").replace(b"\n3 0 7",
+    b"\n1e300 0 7"): "no integers, or too large",
+    b"ply\nformat binary_little_endian 1.0\nelement face 1000000000000\nproperty list int uchar vertex_indices\n"
+    b"end_header\n\xfc\xff\xff\xff": "element face of 1000000000000 rows",  # lists of -4 bytes: one step back
 }  # fmt: skip
 
 

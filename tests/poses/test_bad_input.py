@@ -24,6 +24,10 @@ CALLS = {
     "NaN in the position": (
         lambda: poses.from_quaternion([1, 0, 0, 0], [0, NAN, 0]), InputError, r"position\[1\] is nan; a finite",
     ),
+    "length beyond squares": (lambda: poses.from_quaternion([1e200, 0, 0, 0]), InputError, r"q has length .*e\+"),
+    "times of a spline": (
+        lambda: poses.Spline(poses.exp(np.eye(3, 6)), [0, 1e-320, 1]), InputError, "another unit of time",
+    ),
     "three numbers": (lambda: poses.from_quaternion([1, 0, 0]), ShapeError, r"q has shape \(3,\); \(..., 4\)"),
     "order": (lambda: poses.from_quaternion([1, 0, 0, 0], order="xwyz"), InputError, "did you mean 'xyzw'"),
     "text": (lambda: poses.from_quaternion("abcd"), InputError, "q is 'abcd'; real numbers"),

@@ -40,6 +40,9 @@ def test_rounded_files_of_others_are_read(tmp_path):
     stamps, found = poses.load_tum(tmp_path / "x.txt")
     np.testing.assert_allclose(stamps, times, atol=1e-4)
     np.testing.assert_allclose(found.to_matrix()[:, :3, :3], turns.as_matrix(), atol=3e-4)
+    text = (tmp_path / "x.txt").read_text().split("\n", 2)[2]
+    (tmp_path / "marked.txt").write_text(text, encoding="utf-8-sig")
+    np.testing.assert_array_equal(poses.load_tum(tmp_path / "marked.txt")[0], stamps)
     (tmp_path / "empty.txt").write_text("# nothing\n\n")
     assert poses.load_tum(tmp_path / "empty.txt")[1].shape == (0,)
     poses.save_tum(tmp_path / "none.txt", [], [])

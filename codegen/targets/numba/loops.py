@@ -132,7 +132,7 @@ class NumbaLoopPrinter(LoopPrinter):
 
     def _binary(self, expression: Binary) -> tuple[str, int]:
         operator, left, right = expression.operator, expression.left, expression.right
-        if operator == "//" and expression.type == INT and not isinstance(right, Constant):
+        if operator == "//" and expression.type == INT and not (isinstance(right, Constant) and right.value != -1):
             return self.call(operator, [self.text(left), self.text(right)]), ATOM
         return super()._binary(expression)
 

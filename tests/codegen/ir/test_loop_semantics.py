@@ -65,9 +65,9 @@ def arithmetic(x: Vector[4], n: Int, m: Int, flag: Bool, out: Out[Vector[8]]) ->
 
 
 @algorithm
-def whole(a: Int, b: Int, out: Out[IntVector[8]]) -> None:
+def whole(a: Int, b: Int, out: Out[IntVector[9]]) -> None:
     """Integers that may leave 64 bits."""
-    out[:] = (a + b, a - b, a * b, -a, abs(a), a // b, a % b, a * 2 // 2)
+    out[:] = (a + b, a - b, a * b, -a, abs(a), a // b, a % b, a * 2 // 2, a // -1)
 
 
 @algorithm
@@ -415,5 +415,5 @@ def test_integers_wrap_to_64_bits(target) -> None:
         return (value + 2**63) % 2**64 - 2**63
 
     for m, n, found in zip(a.tolist(), b.tolist(), whole.on(target)(a, b).tolist(), strict=True):
-        expected = [m + n, m - n, m * n, -m, abs(m), m // n if n else 0, m % n if n else 0, wrapped(2 * m) // 2]
+        expected = [m + n, m - n, m * n, -m, abs(m), m // n if n else 0, m % n if n else 0, wrapped(2 * m) // 2, -m]
         assert found == [wrapped(value) for value in expected], (m, n)
