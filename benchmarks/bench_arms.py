@@ -173,7 +173,7 @@ def postures(options: argparse.Namespace) -> Iterator[Row]:
 PARTS = {"batch": batch, "calls": calls, "derivatives": derivatives, "length": length, "postures": postures}
 
 
-def told(row: Row) -> str:
+def row_text(row: Row) -> str:
     """One line."""
     line = f"  {row['method']:42s}"
     if "error" in row:
@@ -189,7 +189,7 @@ def told(row: Row) -> str:
 
 def main() -> None:
     parser = arguments(__doc__, PARTS)
-    run_parts(parser.parse_args(), PARTS, told)
+    run_parts(parser.parse_args(), PARTS, row_text)
 
 
 if __name__ == "__main__":

@@ -239,7 +239,7 @@ def auto(options: argparse.Namespace) -> Iterator[Row]:
 PARTS = {"steps": steps, "batches": batches, "tops": tops, "auto": auto, "drift": drift}
 
 
-def told(row: Row) -> str:
+def row_text(row: Row) -> str:
     """One line."""
     line = f"  {row['method']:42s} {row.get('setting', '')!s:>8s}"
     if "error" in row:
@@ -261,7 +261,7 @@ def main() -> None:
     parser = arguments(__doc__, PARTS)
     parser.add_argument("--steps", type=int, default=10_000, help="of long runs, up to 1000000")
     options = parser.parse_args()
-    run_parts(options, PARTS, told)
+    run_parts(options, PARTS, row_text)
 
 
 if __name__ == "__main__":

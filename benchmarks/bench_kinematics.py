@@ -167,7 +167,7 @@ def table(options: argparse.Namespace) -> Iterator[Row]:
 PARTS = {"delta": delta_robot, "screws": screws, "arm": arm, "growth": growth, "table": table}
 
 
-def told(row: Row) -> str:
+def row_text(row: Row) -> str:
     """One line."""
     line = f"  {row['method']:38s}"
     if "error" in row:
@@ -186,7 +186,7 @@ def told(row: Row) -> str:
 def main() -> None:
     parser = arguments(__doc__, PARTS)
     options = parser.parse_args()
-    run_parts(options, PARTS, told)
+    run_parts(options, PARTS, row_text)
 
 
 if __name__ == "__main__":

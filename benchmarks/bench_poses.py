@@ -141,7 +141,7 @@ def conversions(options: argparse.Namespace) -> Iterator[Row]:
 PARTS = {"transforms": transforms, "rotations": rotations, "conversions": conversions}
 
 
-def told(row: Row) -> str:
+def row_text(row: Row) -> str:
     if "ns" in row:
         return f"{row['method']:24}{row['ns']:10.1f} ns"
     both = f"{row['exp'] + row['log']:9.1f} ns (exp {row['exp']:.1f}, log {row['log']:.1f})"
@@ -153,7 +153,7 @@ def main() -> None:
     parser.add_argument("--items", type=int, default=1_000_000)
     options = parser.parse_args()
     bladesmith.set_threads(1)
-    run_parts(options, PARTS, told)
+    run_parts(options, PARTS, row_text)
     print(f"bar: {BAR} ns for exp and log of a pose together")
 
 

@@ -136,13 +136,13 @@ PARTS = {
 }
 
 
-def told(row: Row) -> str:
+def row_text(row: Row) -> str:
     """One line."""
     return f"  {row['method']:45s} error {row['error']:8.1e} {row['ns'] * 1e-6:10.4g} ms"
 
 
 def main() -> None:
-    run_parts(arguments(__doc__, PARTS).parse_args(), PARTS, told)
+    run_parts(arguments(__doc__, PARTS).parse_args(), PARTS, row_text)
 
 
 if __name__ == "__main__":

@@ -242,7 +242,7 @@ HEAD = (
 )
 
 
-def told(row: Row) -> str:
+def row_text(row: Row) -> str:
     """One line of the table."""
     right, fine, exact = (f"{share:6.0%}" for share in row["shares"])
     line = f"{row['method']:30s} {row['scenes']:6d} {right} {fine} {exact} {row['median']:8.1e}"
@@ -266,7 +266,7 @@ def main() -> None:
     if options.grow:
         return grow(int(options.grow[0]), options.grow[1])
     print(HEAD)
-    run_parts(options, PARTS, told)
+    run_parts(options, PARTS, row_text)
 
 
 if __name__ == "__main__":

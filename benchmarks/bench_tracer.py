@@ -244,7 +244,7 @@ def user(options: argparse.Namespace) -> Iterator[Row]:
 PARTS = {"tube": tube, "sphere": sphere, "meshes": meshes, "demo": demo, "scale": scale, "user": user}
 
 
-def told(row: Row) -> str:
+def row_text(row: Row) -> str:
     """One line of the table."""
     line = f"{row['what']:78s} {row['ours']:10.4g} {row['unit']:7s}"
     if "peer" in row:
@@ -258,7 +258,7 @@ def main() -> None:
     parser = arguments(__doc__, PARTS)
     parser.add_argument("--many", type=int, default=MANY, help="rays of the long run against Embree")
     options = parser.parse_args()
-    run_parts(options, PARTS, told, headings=False)
+    run_parts(options, PARTS, row_text, headings=False)
 
 
 if __name__ == "__main__":

@@ -41,7 +41,7 @@ def arguments(description: str | None, parts: Mapping[str, Part]) -> argparse.Ar
 
 
 def run_parts(
-    options: argparse.Namespace, parts: Mapping[str, Part], told: Callable[[Row], str], headings: bool = True
+    options: argparse.Namespace, parts: Mapping[str, Part], row_text: Callable[[Row], str], headings: bool = True
 ) -> None:
     """Run the parts that are asked for, tell their rows, with headings where `what` changes, and keep them."""
     rows, before = [], ""
@@ -51,7 +51,7 @@ def run_parts(
             if headings and row["what"] != before:
                 before = row["what"]
                 print(f"-- {before}")
-            print(told(row), flush=True)
+            print(row_text(row), flush=True)
     if options.json:
         with open(options.json, "w", encoding="utf-8") as file:
             json.dump(rows, file, indent=1)

@@ -293,9 +293,9 @@ def picture(motions: dict[str, Trajectory], path: Path) -> None:
             axis.plot(motion.time, rod.position + rod.orientation[:, :, 2] / 2, label=["x of corner 3", "y", "z"])
         else:
             axis.plot(motion.time, motion["slider"].position[:, 2], label="height of the slider")
-        axis.set_title(name)
+        axis.set_title(name, loc="left")
         axis.set_xlabel("time in s")
-        axis.legend()
+        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, frameon=False, columnspacing=1.0)
     figure.savefig(path, dpi=120)
 
 

@@ -12,7 +12,7 @@ from .outputs import check_outputs
 
 @options.command("view scene.toml -o page.html")
 @options.input_file("scene")
-@options.output_file("page.html", "The page.")
+@options.output_file("page.html", "The page, .html or .htm.")
 @click.option("--title", help="Of the page; default: the scene file's name.")
 @click.option("--vertices", type=options.COUNT, help="Of all meshes, about; default: 200000, some 8 MB.")
 @options.feedback
@@ -22,9 +22,11 @@ def command(scene: Path, output: Path, title: str | None, vertices: int | None, 
     The page needs no network, only a browser with WebGL; point at a surface to read its name, position and alpha.
     It holds plotly's JavaScript (5 MB) and the meshes.
     """
+    from ..common.files import output_path
     from ..tracer import Scene
-    from ..tracer.viewer.page import VERTICES, view
+    from ..tracer.viewer.page import FORMATS, VERTICES, view
 
+    output_path(output, "a page", "pages", FORMATS)
     check_outputs([output], [scene], "the scene file")
     loaded = Scene.load(scene)
     page = view(loaded, output, title=scene.stem if title is None else title, vertices=vertices or VERTICES)

@@ -62,9 +62,10 @@ class _CudaScene(StructuredScene):
         self.engine, self._lock = engine, Lock()
         super().__init__(engine.ffi, integers, reals)
 
-    def hold(self, array: Array) -> tuple[Any, DeviceMemory]:
+    def hold(self, array: Array, is_result: bool) -> tuple[Any, DeviceMemory]:
         memory = DeviceMemory(self.engine.module.device, array.nbytes)
-        memory.write(np.ascontiguousarray(array))
+        if not is_result:
+            memory.write(np.ascontiguousarray(array))
         return self.ffi.cast("void *", memory.pointer.value), memory
 
     def hits_loop(self, name: str, rays: Rays, results: Mapping[str, Array], roots: int) -> Part:

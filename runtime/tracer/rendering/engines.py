@@ -151,8 +151,11 @@ class StructuredScene(SceneLoops):
         self._held = self._fill(self._scene, {"integers": integers, "reals": reals}, {"integers": "ptrdiff_t *"})
 
     @abstractmethod
-    def hold(self, array: Array) -> tuple[Any, Any]:
-        """Where the program finds an array, as cffi's pointer or buffer, and what must live as long as it does so."""
+    def hold(self, array: Array, is_result: bool) -> tuple[Any, Any]:
+        """Where the program finds an array, as cffi's pointer or buffer, and what must live as long as it does so.
+
+        Of a result only the room matters.
+        """
 
     def ray_structures(self, rays: Rays, results: Mapping[str, Array], roots: int) -> tuple[Any, Any, list[Any]]:
         """Structures of rays and of hits, and what must live as long as they are used."""
@@ -160,18 +163,21 @@ class StructuredScene(SceneLoops):
         given.origin_stride, given.direction_stride = rays.origin_stride, rays.direction_stride
         hits.roots = roots
         held = self._fill(given, {"origins": rays.origins, "directions": rays.directions})
-        return given, hits, held + self._fill(hits, results, _TYPES)
+        return given, hits, held + self._fill(hits, results, _TYPES, is_result=True)
 
     def picture_structure(self, layout: Array, arrays: Mapping[str, Array]) -> tuple[Any, list[Any]]:
         """The structure of a picture, and what must live as long as it is used."""
         picture = self.ffi.new("bs_picture *")
-        types = {"cost": "int32_t *", "layout": "ptrdiff_t *"}
-        return picture, self._fill(picture, {"layout": layout, **arrays}, types)
+        held = self._fill(picture, {"layout": layout}, {"layout": "ptrdiff_t *"})
+        return picture, held + self._fill(picture, arrays, {"cost": "int32_t *"}, is_result=True)
 
-    def _fill(self, structure: Any, arrays: Mapping[str, Array], types: Mapping[str, str] | None = None) -> list[Any]:
+    def _fill(
+        self, structure: Any, arrays: Mapping[str, Array], types: Mapping[str, str] | None = None,
+        is_result: bool = False,
+    ) -> list[Any]:  # fmt: skip
         found = []
         for name, array in arrays.items():
-            pointer, held = self.hold(array)
+            pointer, held = self.hold(array, is_result)
             setattr(structure, name, self.ffi.cast((types or {}).get(name, "void *"), pointer))
             found.append(held)
         return found
@@ -182,7 +188,7 @@ class _CScene(StructuredScene):
         self.engine = engine
         super().__init__(engine.ffi, integers, reals)
 
-    def hold(self, array: Array) -> tuple[Any, Any]:
+    def hold(self, array: Array, is_result: bool) -> tuple[Any, Any]:
         buffer = self.ffi.from_buffer(array)
         return buffer, buffer
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...common.files import as_path, write_file
+from ...common.files import output_path, write_file
 from ...common.html_page import page_json, render_page
 from ...common.validation import as_instance, short_repr
 from ...errors import MissingExtraError, SceneError
@@ -19,6 +19,8 @@ from ..output.image import encode
 from ..scene import values
 from ..scene.scene import Scene
 
+#: Names of pages end so.
+FORMATS = (".html", ".htm")
 #: Default number of vertices of all meshes of a page: some 8 MB.
 VERTICES = 200_000
 #: Largest number of vertices: browsers do not show more.
@@ -56,9 +58,9 @@ class Page:
         Raises
         ------
         InputError
-            If the path is not writable.
+            If the path is not writable, or no name of a page.
         """
-        write_file(as_path(path, "a page is written to"), self.html)
+        write_file(output_path(path, "a page", "pages", FORMATS), self.html)
 
     def __str__(self) -> str:
         size = len(self.html.encode())
@@ -110,7 +112,7 @@ def view(
     if names is not None and len(names) != len(scene.surfaces):
         raise SceneError(f"names are {len(names)}; one for each of {len(scene.surfaces)} surfaces is needed.")
     if path is not None:
-        as_path(path, "a page is written to")
+        output_path(path, "a page", "pages", FORMATS)
     library = _library()
     from .geometry import build_viewer_scene
     from .plotly_figure import figure

@@ -263,6 +263,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
         (["view", "none.toml"], "none.toml"),
         (["view", "bad.toml", "-o", "one.html"], "radius"),
         (["view", "one.toml", "-o", "away/one.html"], "no folder"),
+        (["view", "one.toml", "-o", "one.png"], "pages are written as .html or .htm, not .png"),
         (["view", "one.toml", "--vertices", "0"], "vertices"),
     ):
         assert main.run(arguments) == 2

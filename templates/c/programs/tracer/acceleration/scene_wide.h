@@ -1,5 +1,5 @@
 /* bladesmith: first hits of W rays at a time, for scenes of a few planes and spheres: only how far and which. The same
-   kernels as in scene_plane.h and scene_sphere.h give the same bits; points and normals are asked for later. A checksum of
+   formulas as in plain_surfaces.py give the same bits; points and normals are asked for later. A checksum of
    the rays' own bits tells then whether they are still the same. */
 #include "scene_scale.h"
 
