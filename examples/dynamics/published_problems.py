@@ -279,7 +279,7 @@ def picture(motions: dict[str, Trajectory], path: Path) -> None:
     """What moves in each problem, over time."""
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(3, 2, figsize=(10, 8), layout="constrained")
+    figure, axes = plt.subplots(3, 2, figsize=(13, 8), layout="constrained")
     axes[2, 1].remove()
     for axis, (name, motion) in zip(axes.flat, motions.items(), strict=False):
         if name.startswith("A01"):
@@ -293,9 +293,9 @@ def picture(motions: dict[str, Trajectory], path: Path) -> None:
             axis.plot(motion.time, rod.position + rod.orientation[:, :, 2] / 2, label=["x of corner 3", "y", "z"])
         else:
             axis.plot(motion.time, motion["slider"].position[:, 2], label="height of the slider")
-        axis.set_title(name, loc="left")
+        axis.set_title(name)
         axis.set_xlabel("time in s")
-        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, frameon=False, columnspacing=1.0)
+        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     figure.savefig(path, dpi=120)
 
 

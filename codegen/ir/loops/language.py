@@ -150,7 +150,8 @@ def _function(name: str) -> Any:
     def call(*arguments: Any) -> Any:
         numbers = _numbers.get()
         if _is_precise():
-            return getattr(numbers, name)(*arguments)
+            value = getattr(numbers, name)(*arguments)
+            return numbers.mpf("nan") if isinstance(value, numbers.mpc) else value  # beyond real numbers: as compiled
         with np.errstate(all="ignore"):
             return getattr(home, name)(*(numbers(a) for a in arguments))
 

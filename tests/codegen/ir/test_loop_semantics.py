@@ -380,6 +380,17 @@ def test_fifty_digits_from_the_same_text() -> None:
 
 
 @algorithm
+def beyond(x: Real) -> tuple[Real, Real]:
+    """Functions of a number that real numbers do not have there."""
+    return sqrt(x), log(x)
+
+
+def test_fifty_digits_are_real_numbers() -> None:
+    for value in beyond.reference(-2.0, numbers=mpmath.mp):
+        assert mpmath.isnan(value) and not isinstance(value, mpmath.mpc)
+
+
+@algorithm
 def weighted_sum(x: Vector[3], rows: Rows[2], y: Real) -> Real:
     """Arrays that all items share."""
     total = y
