@@ -168,13 +168,14 @@ def _message(
     """Reason why the result has not converged, or an empty text."""
     if matched and not best.rates.halves.any():
         return "no match counts: their weights are zero, or errors far larger than the covariances say"
+    minimum = 0 if state.ranking is None else state.ranking.size  # these match by construction, and confirm nothing
     if state.is_significant:
-        if matched < MIN_REMAINING_FRACTION * state.hits[0]:
+        if matched < MIN_REMAINING_FRACTION * state.hits[0] or matched <= minimum:
             return "refinement lost inliers: too few matches, or noise comparable to the spacing of the objects"
         free = f"the matches leave free, or nearly free, {describe_twists(undetermined)}"
         return free if len(undetermined) else ""
-    if state.ranking is not None and problem.scene.n_selected <= state.ranking.size:
-        return f"nothing confirms the pose: {state.ranking.size} objects are needed for one, and there are no more"
+    if problem.scene.n_selected <= minimum:
+        return f"nothing confirms the pose: {minimum} objects are needed for one, and there are no more"
     if state.is_ambiguous:
         return "other poses, which contradict this one, have nearly as many inliers"
     return "the pose is not significant: as many matches are expected by chance"

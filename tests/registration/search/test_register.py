@@ -253,6 +253,15 @@ def test_few_objects(spec, confirmed):
         assert apart(found.motor, motor) < 1e-9 and right(found, true)
 
 
+@pytest.mark.parametrize(("seed", "count"), [(6, 12), (7, 20)])
+def test_points_and_their_mirror_image(seed, count):
+    """Any three of them fit exactly, and a fourth nearly, which refinement drops: what is left confirms nothing."""
+    points = np.random.default_rng(seed).uniform(-1, 1, (count, 3))
+    found = register(Model(points=points * (1, 1, -1)), Model(points=points), threads=1)
+    assert found.inliers.sum() == 3 and not found.converged
+    assert "refinement lost inliers" in found.message
+
+
 @pytest.mark.parametrize("size", [0, 1, 4])
 def test_sample_sizes_that_make_no_sense(size):
     query, reference, _, _ = scene({"lines": 3}, 1)
