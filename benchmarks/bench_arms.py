@@ -173,23 +173,9 @@ def postures(options: argparse.Namespace) -> Iterator[Row]:
 PARTS = {"batch": batch, "calls": calls, "derivatives": derivatives, "length": length, "postures": postures}
 
 
-def row_text(row: Row) -> str:
-    """One line."""
-    line = f"  {row['method']:42s}"
-    if "error" in row:
-        line += f" error {row['error']:8.1e}"
-    if row.get("lost"):
-        line += f", {row['lost']} lost"
-    if "ns" in row:
-        line += f" {row['ns']:12.4g} ns"
-    if "bar" in row:
-        line += f"  bar {row['bar']:g} ns{'' if row['ns'] <= row['bar'] else ' MISSED'}"
-    return line
-
-
 def main() -> None:
     parser = arguments(__doc__, PARTS)
-    run_parts(parser.parse_args(), PARTS, row_text)
+    run_parts(parser.parse_args(), PARTS)
 
 
 if __name__ == "__main__":

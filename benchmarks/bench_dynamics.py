@@ -239,29 +239,11 @@ def auto(options: argparse.Namespace) -> Iterator[Row]:
 PARTS = {"steps": steps, "batches": batches, "tops": tops, "auto": auto, "drift": drift}
 
 
-def row_text(row: Row) -> str:
-    """One line."""
-    line = f"  {row['method']:42s} {row.get('setting', '')!s:>8s}"
-    if "error" in row:
-        line += f" error {row['error']:8.1e}"
-    if "ns" in row:
-        line += f" {row['ns']:12.4g} ns"
-    if "rate" in row:
-        line += f" {row['rate']:9.3g} steps/s"
-    if "bar" in row:
-        line += f"  bar {row['bar']:g} ns{'' if row['ns'] <= row['bar'] else ' MISSED'}"
-    if "times" in row:
-        line += f"  {row['times']:.3g} times"
-    if "least" in row:
-        line += f", bar {row['least']:.3g}{'' if row['times'] >= row['least'] else ' MISSED'}"
-    return line
-
-
 def main() -> None:
     parser = arguments(__doc__, PARTS)
     parser.add_argument("--steps", type=int, default=10_000, help="of long runs, up to 1000000")
     options = parser.parse_args()
-    run_parts(options, PARTS, row_text)
+    run_parts(options, PARTS)
 
 
 if __name__ == "__main__":

@@ -167,26 +167,10 @@ def table(options: argparse.Namespace) -> Iterator[Row]:
 PARTS = {"delta": delta_robot, "screws": screws, "arm": arm, "growth": growth, "table": table}
 
 
-def row_text(row: Row) -> str:
-    """One line."""
-    line = f"  {row['method']:38s}"
-    if "error" in row:
-        line += f" error {row['error']:8.1e}"
-    if row.get("lost"):
-        line += f", {row['lost']} lost"
-    if "ns" in row:
-        line += f" {row['ns']:12.4g} ns"
-    if "times" in row:
-        line += f"  {row['times']:.3g} times"
-    if "bar" in row:
-        line += f"  bar {row['bar']:g} ns{'' if row['ns'] <= row['bar'] else ' MISSED'}"
-    return line
-
-
 def main() -> None:
     parser = arguments(__doc__, PARTS)
     options = parser.parse_args()
-    run_parts(options, PARTS, row_text)
+    run_parts(options, PARTS)
 
 
 if __name__ == "__main__":

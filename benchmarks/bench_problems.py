@@ -136,13 +136,8 @@ PARTS = {
 }
 
 
-def row_text(row: Row) -> str:
-    """One line."""
-    return f"  {row['method']:45s} error {row['error']:8.1e} {row['ns'] * 1e-6:10.4g} ms"
-
-
 def main() -> None:
-    run_parts(arguments(__doc__, PARTS).parse_args(), PARTS, row_text)
+    run_parts(arguments(__doc__, PARTS).parse_args(), PARTS)
 
 
 if __name__ == "__main__":

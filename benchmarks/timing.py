@@ -40,8 +40,30 @@ def arguments(description: str | None, parts: Mapping[str, Part]) -> argparse.Ar
     return parser
 
 
+def row_text(row: Row) -> str:
+    """One line of a row: what was measured, and whether a bar is missed."""
+    line = f"  {row['method']:42s}"
+    if "setting" in row:
+        line += f" {row['setting']!s:>8s}"
+    if "error" in row:
+        line += f" error {row['error']:8.1e}"
+    if row.get("lost"):
+        line += f", {row['lost']} lost"
+    if "ns" in row:
+        line += f" {row['ns']:12.4g} ns"
+    if "rate" in row:
+        line += f" {row['rate']:9.3g} steps/s"
+    if "bar" in row:
+        line += f"  bar {row['bar']:g} ns{'' if row['ns'] <= row['bar'] else ' MISSED'}"
+    if "times" in row:
+        line += f"  {row['times']:.3g} times"
+    if "least" in row:
+        line += f", bar {row['least']:.3g}{'' if row['times'] >= row['least'] else ' MISSED'}"
+    return line
+
+
 def run_parts(
-    options: argparse.Namespace, parts: Mapping[str, Part], row_text: Callable[[Row], str], headings: bool = True
+    options: argparse.Namespace, parts: Mapping[str, Part], text: Callable[[Row], str] = row_text, headings: bool = True
 ) -> None:
     """Run the parts that are asked for, tell their rows, with headings where `what` changes, and keep them."""
     rows, before = [], ""
@@ -51,7 +73,7 @@ def run_parts(
             if headings and row["what"] != before:
                 before = row["what"]
                 print(f"-- {before}")
-            print(row_text(row), flush=True)
+            print(text(row), flush=True)
     if options.json:
         with open(options.json, "w", encoding="utf-8") as file:
             json.dump(rows, file, indent=1)
