@@ -77,12 +77,11 @@ def solve_cholesky(factor: Matrix, b: InOut[Vector]) -> None:
 
 
 @algorithm
-def factor(a: InOut[Reals], order: InOut[Reals], scales: InOut[Reals]) -> None:
-    """Replace a matrix, row by row, by its factors L and U, L with ones on its diagonal (Golub and Van Loan 3.4).
+def factor(a: InOut[Reals], n: Int, order: InOut[Reals], scales: InOut[Reals]) -> None:
+    """Replace a matrix of n rows by its factors L and U, L with ones on its diagonal (Golub and Van Loan 3.4).
 
     Rows are brought to one size by ``scales``, so that pivots can be compared; ``order`` has the row of each pivot.
     """
-    n = len(order)
     for i in range(n):
         most = 0.0
         for j in range(n):
@@ -107,9 +106,8 @@ def factor(a: InOut[Reals], order: InOut[Reals], scales: InOut[Reals]) -> None:
 
 
 @algorithm
-def solve_factored(factors: Reals, order: Reals, scales: Reals, b: InOut[Reals]) -> None:
-    """Replace b by the solution of a x = b, of the factors of a; of b as many numbers as that takes."""
-    n = len(order)
+def solve_factored(factors: Reals, n: Int, order: Reals, scales: Reals, b: InOut[Reals]) -> None:
+    """Replace n numbers b by the solution of a x = b, of the factors of a."""
     for i in range(n):
         b[i] *= scales[i]
     for k in range(n):

@@ -9,7 +9,7 @@ from ...ir.loops.language import INFINITY, Bool, InOut, Int, IntRows, Ints, Real
 from ..chain_records import Joint
 from ..dynamics.advance import ALMOST, NO_PROGRESS, WATCHED
 from ..dynamics.records import Code, Control, Progress, Reached, Spring
-from ..dynamics.simulations import LEAST_TIME
+from ..dynamics.simulations import LEAST_TIME, TINY
 from .accelerations import MotionAlgorithms
 from .closing import ClosingAlgorithms
 from .motion_records import JointLaw, KeptMotion, LinkWork, Loop, LoopRow, Options, RowWork, Settings, TreeBody
@@ -171,6 +171,7 @@ def tree_motion_algorithms(
             kept.time = times[0]
             kept.watched[1] = times[0]
             kept.least_time = LEAST_TIME * duration
+            kept.pace = 1.0 / (duration + TINY)
             find_rates(
                 joints, parents, balls, joint_laws, torques, links, bodies, carriers, spring_ends, springs, loops, rows,
                 places, firsts, gravity, options, options.poses, references, state, work, acting, row_work, matrix,

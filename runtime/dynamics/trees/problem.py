@@ -20,7 +20,7 @@ from .parameters import TreeParameters, tree_parameters
 from .spanning_tree import SpanningTree, spanning_tree
 
 #: Integrators of motions in coordinates of joints.
-INTEGRATORS = ("auto", "adaptive", "rk4", *(name for name, kind in integrators.INTEGRATORS.items() if kind == "chart"))
+INTEGRATORS = ("auto", "adaptive", "implicit", "rk4", *(name for name, kind in integrators.INTEGRATORS.items() if kind == "chart"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class TreeProblem:
         """The compiled motion, with the settings of a run."""
         duration, step, rtol, atol = settings
         name = "adaptive" if self.integrator == "auto" else self.integrator
-        size = duration if name == "adaptive" else step
+        size = duration if name in ("adaptive", "implicit") else step
         method = Method(name, size, integrators.RTOL if rtol is None else rtol, 0.0 if atol is None else atol)
         return TreeDriver(self.tree, self.assembly, self.parameters, method, self.target)
 

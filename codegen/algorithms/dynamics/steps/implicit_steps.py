@@ -145,7 +145,7 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
                 factors[i, j] = -m * kept.damping[at + i, j] - kept.stiffness[at + i, j]
             for j in range(6):
                 factors[i, first + j] += m * m * kept.moving[at + i, j]
-        factor(factors, kept.pivots[at : at + size], kept.divisors[at : at + size])
+        factor(factors, size, kept.pivots[at : at + size], kept.divisors[at : at + size])
 
     @algorithm
     def solve_stage(kept: Kept, m: Real, stage: Int, r: InOut[Vector[state]], x: InOut[Vector[size]]) -> None:
@@ -159,7 +159,9 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
             for j in range(6):
                 total += (m * kept.moving[at + i, j] + kept.turning[at + i, j]) * r[first + j]
             x[i] = total
-        solve_factored(kept.factors[at : at + size], kept.pivots[at : at + size], kept.divisors[at : at + size], x)
+        solve_factored(
+            kept.factors[at : at + size], size, kept.pivots[at : at + size], kept.divisors[at : at + size], x
+        )
         for i in range(size):
             first = i - i % 6
             total = 0.0
