@@ -49,6 +49,8 @@ from .motion_records import JointLaw, KeptMotion, LinkWork, Loop, LoopRow, Optio
 from .records import Link
 from .steps import SLOWEST, StepAlgorithms
 
+#: Steps of the least length that may follow each other before one whose error is allowed.
+MOST_LEAST = 8.0
 OK, NOT_FINITE, UNDERFLOW = int(Code.OK), int(Code.NOT_FINITE), int(Code.UNDERFLOW)
 
 
@@ -202,9 +204,9 @@ def implicit_step_algorithms(closing: ClosingAlgorithms, explicit: StepAlgorithm
                 for j in range(size):
                     x[j] = start[j] + stages[size * (n + i) + j]
                 find_rates(
-                    joints, parents, balls, joint_laws, torques, links, bodies, carriers, spring_ends, springs, loops, rows,
-                    places, firsts, gravity, options, options.poses, references, x, work, acting, row_work, matrix,
-                    stages, size * (2 * n + i),
+                    joints, parents, balls, joint_laws, torques, links, bodies, carriers, spring_ends, springs, loops,
+                    rows, places, firsts, gravity, options, options.poses, references, x, work, acting, row_work,
+                    matrix, stages, size * (2 * n + i),
                 )  # fmt: skip
             square = 0.0
             for i in range(n):
@@ -285,6 +287,7 @@ def implicit_step_algorithms(closing: ClosingAlgorithms, explicit: StepAlgorithm
         pace = kept.pace
         t = kept.time
         h = kept.next_step
+        guesses = kept.has_dense
         rejected = 0
         error = 0.0
         change = 1.0
@@ -298,9 +301,14 @@ def implicit_step_algorithms(closing: ClosingAlgorithms, explicit: StepAlgorithm
         while True:
             if not t + h * ALMOST < end_time:
                 h = end_time - t
-            if not h > FEWEST_ROUNDINGS * epsilon() * max(abs(t), kept.least_time):
-                return UNDERFLOW
-            guess_stages(scheme, n, size, h, kept.dense_step, kept.has_dense, stages)
+            least = FEWEST_ROUNDINGS * epsilon() * max(abs(t), kept.least_time)
+            is_least = not h > least
+            if is_least:  # a jump, as of a damped limit that is met: one such step passes it
+                if kept.least_steps >= MOST_LEAST:
+                    return UNDERFLOW
+                kept.least_steps += 1.0
+                h = least
+            guess_stages(scheme, n, size, h, kept.dense_step, guesses, stages)
             was_new = it.has_jacobian == 0.0
             if was_new:
                 differentiate_stages(
@@ -323,6 +331,7 @@ def implicit_step_algorithms(closing: ClosingAlgorithms, explicit: StepAlgorithm
                     rejected = 1
                 it.has_jacobian = 0.0  # what they have come to is no place to differentiate at
                 it.rate = 0.0
+                guesses = 0.0  # behind a bend, as of dry friction, the last polynomial leads astray
                 continue
             is_careful = 1 if rejected != 0 or kept.has_dense == 0.0 else 0
             error = error_of_step(
@@ -332,13 +341,15 @@ def implicit_step_algorithms(closing: ClosingAlgorithms, explicit: StepAlgorithm
             )  # fmt: skip
             if error < INFINITY:
                 change, caution = change_of_step(error, n, rounds, options.method_order)
-                if error < 1.0:
+                if error < 1.0 or is_least:
                     break
                 h *= change
             else:
                 h /= 10.0
             it.has_jacobian = 0.0
             rejected = 1
+        if error < 1.0:
+            kept.least_steps = 0.0
         kept.next_step = accept_step(h, error, options.method_order, change, caution, rejected, it)
         for j in range(size * n):
             stages[j] = stages[size * n + j]

@@ -55,6 +55,11 @@ class Stepper:
             )
         if problem.assembly.batched:
             raise InputError("a stepper is of one simulation, not of a batch.")
+        if problem.integrator == "implicit":
+            raise InputError(
+                "a stepper takes steps of a fixed size, and integrator='implicit' chooses its own.",
+                remedy="Use integrator='rk4' with more substeps, or Simulation.run",
+            )
         driver = problem.with_fixed_steps().driver((dt, dt / substeps, None, None))
         self.dt, n = dt, tree.count
         joints = sorted(tree.joints, key=lambda joint: joint.index)
