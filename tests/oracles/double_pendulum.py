@@ -24,7 +24,7 @@ def double_pendulum(gravity: Any, torques: Callable[[Any, Any], Any] | None = No
         matrix = np.diag(own) + coupling * np.array([[0.0, 1.0], [1.0, 0.0]])
         swing = MASS[1] * HALF * np.sin(p[0] - p[1])
         lever = np.array([MASS[0] * HALF + MASS[1], MASS[1] * HALF])
-        right = lever * (gravity[2] * np.sin(p) - gravity[0] * np.cos(p)) + swing * np.array([-w[1] ** 2, w[0] ** 2])
+        right = lever * (gravity[2] * np.sin(p) - gravity[0] * np.cos(p)) + swing * np.array([-(w[1] ** 2), w[0] ** 2])
         if torques is not None:
             first, second = torques(np.array([p[0], p[1] - p[0]]), np.array([w[0], w[1] - w[0]]))
             right += [first - second, second]

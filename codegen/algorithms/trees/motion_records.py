@@ -59,8 +59,8 @@ Options: Any = record(
 )  # fmt: skip
 #: What a simulation keeps between calls, besides its state: as `kept_record` of algorithms/dynamics has it; of loops
 #: how many rows depended on others at the start, how much they did at most, and what `Reached` tells of that. Of
-#: implicit steps the speed, in units a second, below which one counts as none, steps of the least length since one whose
-#: error was allowed, and what collocated.py keeps.
+#: implicit steps the speed, in units a second, below which one counts as none, how many steps of the least length
+#: follow each other, and what collocated.py keeps.
 KeptMotion: Any = record(
     "KeptMotion", time=Real, next_step=Real, dense_time=Real, dense_step=Real, has_dense=Real, least_time=Real,
     watched=Vector[3], soft=Real, depth=Real, singular=Vector[2], pace=Real, least_steps=Real,

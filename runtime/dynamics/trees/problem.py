@@ -21,7 +21,10 @@ from .parameters import TreeParameters, tree_parameters
 from .spanning_tree import SpanningTree, spanning_tree
 
 #: Integrators of motions in coordinates of joints.
-INTEGRATORS = ("auto", "adaptive", "implicit", "rk4", *(name for name, kind in integrators.INTEGRATORS.items() if kind == "chart"))
+INTEGRATORS = (
+    "auto", "adaptive", "implicit", "rk4",
+    *(name for name, kind in integrators.INTEGRATORS.items() if kind == "chart"),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
