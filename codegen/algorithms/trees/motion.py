@@ -9,7 +9,8 @@ from ...ir.loops.language import INFINITY, Bool, InOut, Int, IntRows, Ints, Real
 from ..chain_records import Joint
 from ..dynamics.advance import ALMOST, NO_PROGRESS, WATCHED
 from ..dynamics.records import Code, Control, Progress, Reached, Spring
-from ..dynamics.simulations import LEAST_TIME, TINY
+from ..dynamics.projection import TINY
+from ..dynamics.simulations import LEAST_TIME
 from .accelerations import MotionAlgorithms
 from .closing import ClosingAlgorithms
 from .motion_records import JointLaw, KeptMotion, LinkWork, Loop, LoopRow, Options, RowWork, Settings, TreeBody

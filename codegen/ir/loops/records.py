@@ -41,9 +41,9 @@ class Record(Annotation):
     ) -> None:  # fmt: skip
         self.name, self.scalar, self.records = name, scalar, dict(records or {})
         self.still: frozenset[str] = frozenset()
+        self.size = 0
         self.shapes = {**shapes, **{field: (each.size,) for field, each in self.records.items()}}
         self.offsets: dict[str, int] = {}
-        self.size = 0
         for field, shape in self.shapes.items():
             self.offsets[field] = self.size
             self.size += prod(shape)
