@@ -8,8 +8,8 @@ from ...ir.loops.algorithm import Algorithm as algorithm
 from ...ir.loops.language import INFINITY, Bool, InOut, Int, IntRows, Ints, Real, Reals, Rows, Vector, sqrt
 from ..chain_records import Joint
 from ..dynamics.advance import ALMOST, NO_PROGRESS, WATCHED
-from ..dynamics.records import Code, Control, Progress, Reached, Spring
 from ..dynamics.projection import TINY
+from ..dynamics.records import Code, Control, Progress, Reached, Spring
 from ..dynamics.simulations import LEAST_TIME
 from .accelerations import MotionAlgorithms
 from .closing import ClosingAlgorithms
