@@ -69,7 +69,7 @@ def _kernels(algebra: str) -> tuple[dict[str, KernelSpec], tuple[Any, ...]]:
 
 @cache
 def motion_functions(algebra: str, is_implicit: bool = False) -> dict[str, Function]:
-    """The algorithms that callers call; with implicit steps, those of runs alone."""
+    """The algorithms that callers call: runs; steps of a fixed size, or with implicit ones intervals."""
     from ..algorithms.chains import ChainKernels
     from ..algorithms.trees.accelerations import motion_algorithms
     from ..algorithms.trees.closing import closing_algorithms
@@ -88,8 +88,7 @@ def motion_functions(algebra: str, is_implicit: bool = False) -> dict[str, Funct
     if is_implicit:
         steps = implicit_step_algorithms(closing, steps)
     found = tree_motion_algorithms(motion, closing, steps)._asdict()
-    if is_implicit:
-        del found["steps"]
+    del found["steps" if is_implicit else "intervals"]
     return {name: each.specialised([p.type for p in each.text.parameters]) for name, each in found.items()}
 
 

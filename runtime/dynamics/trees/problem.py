@@ -38,6 +38,11 @@ class TreeProblem:
     target: str
     decay: float
 
+    @property
+    def is_implicit(self) -> bool:
+        """Whether implicit steps are asked for."""
+        return self.integrator == "implicit"
+
     def with_fixed_steps(self) -> TreeProblem:
         """The same with "rk4" in place of an integrator that chooses its steps."""
         return replace(self, integrator="rk4") if self.integrator in ("auto", "adaptive") else self

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 import bladesmith as bs
 from bladesmith import dynamics, kinematics
-from bladesmith.errors import InputError
+from bladesmith.errors import SimulationError
 
 from ...oracles.double_pendulum import MASS, MOMENT, double_pendulum
 from .test_trees import loads, mixed
@@ -227,7 +227,23 @@ def test_auto_is_implicit_where_joints_damp_fast() -> None:
     assert short.integrator == "adaptive"
 
 
-def test_steppers_refuse_it() -> None:
-    simulation = dynamics.Simulation(rods(), [dynamics.JointDamper(0, 1e4)], integrator="implicit")
-    with pytest.raises(InputError, match="a stepper takes steps of a fixed size.*rk4"):
-        simulation.stepper(1e-3)
+def test_steps_of_a_control_loop() -> None:
+    """As a run; the same again, whatever was before; and an error that says why."""
+    held = [dynamics.Gravity(PULL), dynamics.JointSpring(1, 1e8, 0.0, 1e6), dynamics.JointDamper(0, 1e3)]
+    stepper = dynamics.Simulation(rods(), held, integrator="implicit").stepper(1e-2, substeps=2)
+    torques = np.array([4.0, -3.0])
+    run = dynamics.Simulation(rods(), [*held, *(dynamics.JointTorque(k, torques[k]) for k in range(2))]).run(
+        0.2, times=[0.2]
+    )
+    ends = []
+    for _ in range(2):
+        state = stepper.start
+        for _ in range(20):
+            state = stepper(state, torques)
+        ends.append(state)
+    assert run.integrator == "implicit" and abs(state.time - 0.2) < 1e-12
+    assert np.array_equal(ends[0].q, ends[1].q) and np.array_equal(ends[0].qd, ends[1].qd)
+    for k in range(2):
+        assert abs(state.q[k] - run.coordinates(k)[-1]) < 1e-8 and abs(state.qd[k] - run.rates(k)[-1]) < 1e-7
+    with pytest.raises(SimulationError, match="too small to go on, at time 0.01"):
+        stepper(stepper.start, np.array([np.nan, 0.0]))
