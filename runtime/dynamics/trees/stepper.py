@@ -113,7 +113,7 @@ class Stepper:
             what = "the state is no longer finite" if is_lost else "steps became too small to go on"
             raise SimulationError(
                 f"{what}, at time {state.time + self.dt:.6g}.",
-                remedy="Look at the torques; or take a smaller dt, more substeps, or integrator='implicit' for stiff loads",
+                remedy="Look at the torques, or take a smaller dt, more substeps, or for stiff loads integrator='implicit'",
             )
         return self._read(own, state.time + self.dt)
 
