@@ -113,7 +113,8 @@ class Stepper:
             what = "the state is no longer finite" if is_lost else "steps became too small to go on"
             raise SimulationError(
                 f"{what}, at time {state.time + self.dt:.6g}.",
-                remedy="Look at the torques, or take a smaller dt, more substeps, or for stiff loads integrator='implicit'",
+                remedy="Look at the torques; or take a smaller dt, or more substeps; or, where loads are stiff, "
+                "integrator='implicit'",
             )
         return self._read(own, state.time + self.dt)
 
