@@ -51,7 +51,8 @@ class TreeDriver:
         self.stage_numbers = numbers_of_stages(scheme.stages, 2 * n) if self.is_implicit else 2 * n * scheme.kept_rows
         work = n * LinkWork.size + 6 * self.bodies + 2 * len(parameters.rows) ** 2
         self.memory = self.stage_numbers + self.copies * work + 8 * n
-        self.budget = max(1, STEPS // max(1, n))
+        # derivatives by all freedoms take a step of all bodies each, for some stages
+        self.budget = max(1, STEPS // max(1, 16 * n * n if self.is_implicit else n))
         self.settings, self.options = Settings.zeros(), Options.zeros()
         self.settings.rtol, self.settings.atol = method.rtol, method.atol
         self.settings.longest_step, self.settings.length = method.step, parameters.length
