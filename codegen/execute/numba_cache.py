@@ -22,6 +22,7 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 from ..build import cache
+from .numba_inner import inner_compiler
 from .numba_jit import numba, support
 
 #: As of all printed kernels (see numba_run), but functions are inlined only where LLVM finds it worth while.
@@ -65,7 +66,7 @@ class CachedModule:
                 is_own = value.__globals__ is vars(module)
                 caches = kept and function in signatures
                 imported = None if is_own else getattr(support(value.__module__), function)
-                inner = {} if function in signatures else _INNER
+                inner = {} if function in signatures else {**_INNER, "pipeline_class": inner_compiler()}
                 vars(module)[function] = imported or njit(**OPTIONS, **inner, cache=caches)(value)
         self._module = module
         self._ready: dict[str, Any] = {}

@@ -66,7 +66,7 @@ def _numba_item(function: Function) -> tuple[list[str], str]:
     first = len(names)
     results = [f"returned{k}_" for k in range(len(function.results))]
     for work, size in frame(function).items():
-        arguments += [work, "0"] if size else []
+        arguments += [work, "I(0)"] if size else []
     targets = ", ".join(f"{r}[i * strides[{first + k}]]" for k, r in enumerate(results))
     return [*names, *results], f"{targets}{' = ' if results else ''}{numba_name(function.name)}({', '.join(arguments)})"
 

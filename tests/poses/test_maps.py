@@ -57,7 +57,7 @@ def test_exp_and_log_to_four_roundings() -> None:
 
 @pytest.mark.slow
 def test_exp_and_log_of_many_twists_to_four_roundings() -> None:
-    check_exp_and_log(np.concatenate([EDGES, twists(300, 1)]))
+    check_exp_and_log(np.concatenate([EDGES, twists(100, 1)]))
 
 
 def test_the_exponential_is_that_of_the_matrix() -> None:

@@ -6,6 +6,7 @@ Local arrays are in work arrays that the caller of the outermost function makes:
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 
 from ...ir.loops.algorithm import refusal_of_library
@@ -57,7 +58,7 @@ def numba_name(name: str) -> str:
 
 
 #: Names that the text of the module has by itself.
-_WORDS = "U np float int abs range len select sqrt sin cos exp log atan2 NAN EPSILON LARGEST print object type"
+_WORDS = "U I np float int bool abs range len select sqrt sin cos exp log atan2 NAN EPSILON LARGEST print object type"
 _TAKEN = frozenset(_WORDS.split())
 
 
@@ -212,7 +213,8 @@ class NumbaLoopPrinter(LoopPrinter):
     def _call(self, call: Call) -> list[str]:
         arguments: list[str] = []
         for k, each in enumerate(call.arguments):
-            arguments += self.view(each) if isinstance(each, View) else [self.text(each)]
+            given = self.view(each) if isinstance(each, View) else [self.text(each)]
+            arguments += [_argument(text) for text in given]
             if isinstance(each, View) and each.rows is not None and takes_count(call.callee, k):
                 arguments.append(self.text(each.rows))
         if isinstance(call.callee, KernelSignature):
@@ -248,6 +250,13 @@ def _sum(a: str, b: str) -> str:
     if b == "0":
         return a
     return f"{a} + {b}" if not b.startswith("-") else f"{a} + ({b})"
+
+
+def _argument(text: str) -> str:
+    """An argument of a call: of integers and truth values as such, each would be a type, for which numba compiles anew."""
+    if re.fullmatch("-?[0-9]+", text):
+        return f"I({text})"
+    return f"bool({text})" if text in ("True", "False") else text
 
 
 def _doc_text(note: str) -> str:

@@ -63,14 +63,16 @@ def _installed_engine(needs: SceneNeeds) -> Engine:
 
 @cache
 def numba_engine(needs: SceneNeeds) -> Engine:
-    """The program for these needs by numba, in double precision.
+    """The program for these needs by numba, in double precision, with all layers: what is not called is not compiled.
 
     Raises
     ------
     MissingExtraError
         If numba is not installed.
     """
-    own = replace(needs, single=False)
+    own = replace(needs, single=False, layers=needs.pictures)
+    if own != needs:
+        return numba_engine(own)
     return NumbaEngine(own, *numba_program(own))
 
 

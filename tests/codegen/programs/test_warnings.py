@@ -75,17 +75,20 @@ static int bs_dynamics_user(void *a, int32_t b, ptrdiff_t c, double d, const dou
 """
 
 
+class SeenError(Exception):
+    """A program was asked for."""
+
+
 @pytest.fixture
-def programs(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[ExtensionSource]]:
-    """Programs that a test loads."""
-    found: list[ExtensionSource] = []
-    for module in (dynamics_program,):
+def programs(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, ExtensionSource]]:
+    """Programs that a test asks for, by their texts; none is compiled and run."""
+    found: dict[str, ExtensionSource] = {}
 
-        def load(extension: ExtensionSource, load: Callable[[ExtensionSource], Any] = module.load) -> Any:
-            found.append(extension)
-            return load(extension)
+    def load(extension: ExtensionSource) -> Any:
+        found[extension.source] = extension
+        raise SeenError
 
-        monkeypatch.setattr(module, "load", load)
+    monkeypatch.setattr(dynamics_program, "load", load)
     dynamics_program.program_for.cache_clear()
     yield found
     dynamics_program.program_for.cache_clear()
@@ -95,13 +98,13 @@ def programs(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[ExtensionSource]]
 @pytest.mark.slow
 @pytest.mark.skipif(compiler() is None, reason="no compiler")
 @pytest.mark.parametrize("name", SIMULATIONS)
-def test_simulations(name: str, programs: list[ExtensionSource], tmp_path: Path) -> None:
+def test_simulations(name: str, programs: dict[str, ExtensionSource], tmp_path: Path) -> None:
     make, options = SIMULATIONS[name]
     for integrator in INTEGRATORS:
-        with suppress(InputError):  # not all integrators do everything
+        with suppress(InputError, SeenError):  # not all integrators do everything
             make(integrator=integrator).run(0.01, **options)
     assert len(programs) >= 2
-    for extension in programs:
+    for extension in programs.values():
         functions = FUNCTIONS if "bs_dynamics_user(void *handle" in extension.source else ""
         text = replace(extension, source=extension.source + functions)
         assert warnings_of([text.main()], tmp_path) == "", extension.name
@@ -112,4 +115,5 @@ def test_simulations(name: str, programs: list[ExtensionSource], tmp_path: Path)
 @pytest.mark.skipif(compiler() is None, reason="no compiler")
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_all_other_programs(name: str, tmp_path: Path) -> None:
-    assert warnings_of(PROGRAMS[name](), tmp_path) == ""
+    is_straight = name.startswith("kernels of")  # no branch, of which an optimiser could know more
+    assert warnings_of(PROGRAMS[name](), tmp_path, ("-O0",) if is_straight else ("-O1",)) == ""

@@ -70,7 +70,7 @@ PROGRAMS: dict[str, Callable[[], list[Unit]]] = {
     **{f"table of {name}": lambda name=name: _generated(name) for name in STOCK},
     **{name: lambda name=name: _generated(name) for name in ("general", "merge", "reform")},
     **{f"scene, {name}": lambda s=s: _units(scene_program(s).extension()) for name, s in SCENES.items()},
-    "scene in one text": lambda: _units(replace(scene_program(EVERYTHING), parts=()).extension()),
+    "scene in one text": lambda: _units(replace(scene_program(SCENES["point pairs"]), parts=()).extension()),
     **{f"chains of {a}": lambda a=a: _chains(a) for a in chains.ALGEBRAS},
     **{f"mechanisms of {a}": lambda a=a: _mechanisms(a) for a in mechanism_program.ALGEBRAS},
 }  # fmt: skip
