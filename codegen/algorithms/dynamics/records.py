@@ -315,7 +315,7 @@ def kept_record(parts: Parts) -> Record:
       composition of flows.
     - ``tangents``: of motors, as twists in their frames, and of twists; ``seen_tangents``: those of the last state that
       was asked for.
-    - ``stiffness``, ``damping``, ``turning``, ``moving``: of the stages of implicit steps, see implicit_steps.py;
+    - ``stiffness``, ``damping``, ``turning``, ``moving``: of the stages of implicit steps, see stage_systems.py;
       ``factors``, ``pivots``, ``divisors``: of their systems; ``iteration``: see collocated.py.
     - ``coefficients``: of all orders from the state at the begin of the last step, of time in units of ``dense_step``;
       ``now``: the state at its end; ``flight``: position and velocity of a body in flight, at its end and at its begin;

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.algorithms.dynamics.records import Control, Progress, Reached
-from ...codegen.algorithms.trees.implicit_steps import numbers_of_stages
 from ...codegen.algorithms.trees.motion_records import KeptMotion, LinkWork, Options, RowWork, Settings
+from ...codegen.algorithms.trees.stage_systems import numbers_of_stages
 from ...codegen.programs.chains import identity_rotor
 from ..assembly.data import Assembly
 from ..integration.driver import STEPS, Run
