@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..ir.loops.algorithm import Algorithm as algorithm
 from ..ir.loops.algorithm import with_tangent
-from ..ir.loops.language import INFINITY, InOut, Int, Matrix, Out, Real, Static, Vector, empty, sqrt, unrolled
+from ..ir.loops.language import INFINITY, InOut, Int, Matrix, Out, Real, Reals, Static, Vector, empty, sqrt, unrolled
 
 #: Jacobi's sweeps: convergence is quadratic, and six suffice for any 8 x 8 matrix.
 SWEEPS = 12
@@ -77,39 +77,37 @@ def solve_cholesky(factor: Matrix, b: InOut[Vector]) -> None:
 
 
 @algorithm
-def factor(a: InOut[Matrix], order: Out[Vector], scales: Out[Vector]) -> None:
-    """Replace a by its factors L and U, L with ones on its diagonal (Golub and Van Loan 3.4).
+def factor(a: InOut[Reals], n: Int, order: InOut[Reals], scales: InOut[Reals]) -> None:
+    """Replace a matrix of n rows by its factors L and U, L with ones on its diagonal (Golub and Van Loan 3.4).
 
     Rows are brought to one size by ``scales``, so that pivots can be compared; ``order`` has the row of each pivot.
     """
-    n = len(a)
     for i in range(n):
         most = 0.0
         for j in range(n):
-            most = max(most, abs(a[i, j]))
+            most = max(most, abs(a[n * i + j]))
         scales[i] = 1.0 / most if most > 0.0 else 1.0
         for j in range(n):
-            a[i, j] *= scales[i]
+            a[n * i + j] *= scales[i]
     for k in range(n):
         best = k
         for i in range(k + 1, n):
-            best = i if abs(a[i, k]) > abs(a[best, k]) else best
+            best = i if abs(a[n * i + k]) > abs(a[n * best + k]) else best
         order[k] = float(best)
         if best != k:
             for j in range(n):
-                a[k, j], a[best, j] = a[best, j], a[k, j]
-        inverse = 1.0 / a[k, k]
+                a[n * k + j], a[n * best + j] = a[n * best + j], a[n * k + j]
+        inverse = 1.0 / a[n * k + k]
         for i in range(k + 1, n):
-            if a[i, k] != 0.0:
-                a[i, k] *= inverse
+            if a[n * i + k] != 0.0:
+                a[n * i + k] *= inverse
                 for j in range(k + 1, n):
-                    a[i, j] -= a[i, k] * a[k, j]
+                    a[n * i + j] -= a[n * i + k] * a[n * k + j]
 
 
 @algorithm
-def solve_factored(factors: Matrix, order: Vector, scales: Vector, b: InOut[Vector]) -> None:
-    """Replace b by the solution of a x = b, of the factors of a."""
-    n = len(b)
+def solve_factored(factors: Reals, n: Int, order: Reals, scales: Reals, b: InOut[Reals]) -> None:
+    """Replace n numbers b by the solution of a x = b, of the factors of a."""
     for i in range(n):
         b[i] *= scales[i]
     for k in range(n):
@@ -117,11 +115,11 @@ def solve_factored(factors: Matrix, order: Vector, scales: Vector, b: InOut[Vect
         b[k], b[other] = b[other], b[k]
     for i in range(n):
         for k in range(i):
-            b[i] -= factors[i, k] * b[k]
+            b[i] -= factors[n * i + k] * b[k]
     for i in range(n - 1, -1, -1):
         for k in range(i + 1, n):
-            b[i] -= factors[i, k] * b[k]
-        b[i] /= factors[i, i]
+            b[i] -= factors[n * i + k] * b[k]
+        b[i] /= factors[n * i + i]
 
 
 @algorithm

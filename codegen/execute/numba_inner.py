@@ -43,7 +43,7 @@ def inner_compiler() -> Any:
             self._finalize_dynamic_globals()
             self._finalized = True
 
-    @machinery.register_pass(mutates_CFG=True, analysis_only=False)  # type: ignore[untyped-decorator]
+    @machinery.register_pass(mutates_CFG=True, analysis_only=False)  # type: ignore[untyped-decorator, unused-ignore]
     class InnerLowering(passes.NativeLowering):  # type: ignore[misc]
         """numba's own lowering, into such a library."""
 

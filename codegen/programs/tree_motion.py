@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..build import text_cache
 from ..formulas.mechanics import articulated, joint_laws, mechanics
+from ..targets.loops import in_calling_order
 from . import KernelSpec, Program, chains
 from .algorithms import numba_text
 from .dynamics.loads import BODY_LOADS, LAW_PLACES
@@ -67,11 +68,12 @@ def _kernels(algebra: str) -> tuple[dict[str, KernelSpec], tuple[Any, ...]]:
 
 
 @cache
-def motion_functions(algebra: str) -> dict[str, Function]:
-    """The algorithms that callers call."""
+def motion_functions(algebra: str, is_implicit: bool = False) -> dict[str, Function]:
+    """The algorithms that callers call: runs; steps of a fixed size, or with implicit ones intervals."""
     from ..algorithms.chains import ChainKernels
     from ..algorithms.trees.accelerations import motion_algorithms
     from ..algorithms.trees.closing import closing_algorithms
+    from ..algorithms.trees.implicit_steps import implicit_step_algorithms
     from ..algorithms.trees.loops import loop_algorithms
     from ..algorithms.trees.motion import tree_motion_algorithms
     from ..algorithms.trees.steps import step_algorithms
@@ -82,40 +84,50 @@ def motion_functions(algebra: str) -> dict[str, Function]:
     chain = ChainKernels(**chains.kernel_specs(algebra))
     motion = motion_algorithms(k, chain, chains.identity_rotor(algebra), laws)
     closing = closing_algorithms(k, motion, loop_algorithms(k, chains.identity_rotor(algebra)))
-    found = tree_motion_algorithms(motion, closing, step_algorithms(k, closing))._asdict()
+    steps = step_algorithms(k, closing)
+    if is_implicit:
+        steps = implicit_step_algorithms(closing, steps)
+    found = tree_motion_algorithms(motion, closing, steps)._asdict()
+    del found["steps" if is_implicit else "intervals"]
     return {name: each.specialised([p.type for p in each.text.parameters]) for name, each in found.items()}
 
 
 @cache
-def tree_motion_program(algebra: str) -> Program:
-    """The program in C."""
+def tree_motion_program(algebra: str, is_implicit: bool = False) -> Program:
+    """The program in C, of explicit steps or of implicit ones."""
+    name = _name(algebra, is_implicit)
 
     def make() -> str:
         specs, laws = _kernels(algebra)
         used = [*specs.values(), *(law[0] for law in laws), *chains.kernel_specs(algebra).values()]
-        program = stock_program(_name(algebra), "Motion of trees", {PART: motion_functions(algebra)}, used, _SOURCE)
+        functions = motion_functions(algebra, is_implicit)
+        own = {spec.name for spec in used}
+        used += [x.kernel for x in in_calling_order(functions.values())[1] if x.kernel.name not in own]  # tangents
+        program = stock_program(name, "Motion of trees", {PART: functions}, used, _SOURCE)
         return json.dumps(dict(program.files))
 
-    return Program(_name(algebra), (), json.loads(_made_once("c", algebra, make)), options=("-O2",))
+    return Program(name, (), json.loads(_made_once(f"c_{name}", algebra, make)), options=("-O2",))
 
 
-def tree_motion_numba(algebra: str) -> TreeMotionTexts:
+def tree_motion_numba(algebra: str, is_implicit: bool = False) -> TreeMotionTexts:
     """The same as Python text for numba."""
 
+    name = _name(algebra, is_implicit)
+
     def make() -> str:
-        functions = motion_functions(algebra)
-        text = numba_text(_name(algebra), {f"{name}_{PART}": f for name, f in functions.items()})
+        functions = motion_functions(algebra, is_implicit)
+        text = numba_text(name, {f"{each}_{PART}": f for each, f in functions.items()})
         return json.dumps([text, entries({PART: functions})])
 
-    return TreeMotionTexts(_name(algebra), *json.loads(_made_once("numba", algebra, make)))
+    return TreeMotionTexts(name, *json.loads(_made_once(f"numba_{name}", algebra, make)))
 
 
-def _made_once(target: str, algebra: str, make: Callable[[], str]) -> str:
-    return text_cache.made_once("tree_motion", (*_SOURCES, f"specs/{algebra}.toml"), f"{target}_{algebra}.json", make)
+def _made_once(title: str, algebra: str, make: Callable[[], str]) -> str:
+    return text_cache.made_once("tree_motion", (*_SOURCES, f"specs/{algebra}.toml"), f"{title}.json", make)
 
 
-def _name(algebra: str) -> str:
-    return f"tree_motion_{algebra}"
+def _name(algebra: str, is_implicit: bool) -> str:
+    return f"tree_motion_{algebra}" + ("_implicit" if is_implicit else "")
 
 
 __all__ = ["ENTRIES", "PART", "motion_functions", "tree_motion_numba", "tree_motion_program"]

@@ -265,7 +265,8 @@ class Simulation:
         dt : float
             Time of a step.
         substeps : int
-            Steps of the integrator in it: "rk4", if the simulation's has no fixed steps.
+            Steps of the integrator in it: "rk4", if the simulation's has no fixed steps. With "implicit" parts of
+            the time, each in as many steps as it takes.
 
         Raises
         ------

@@ -53,6 +53,15 @@ Progress: Any = record(
 #: the least independent fraction of a constraint at ends of steps, and when.
 Reached: Any = record("Reached", reached=Real, start=Vector[2], off=Vector[2], singular=Vector[2])
 
+#: What implicit steps keep: for what step the systems are factored; whether derivatives are there: 2 of the step
+#: at hand, 1 of an earlier one; how fast iterations converge, now and in the last step; for how many steps derivatives
+#: are renewed within them; error and length of the last step; the last change of an iteration, and how many were worse
+#: than the one before.
+Iteration: Any = record(
+    "Iteration", factored_step=Real, has_jacobian=Real, rate=Real, rate_now=Real, turns=Real, last_error=Real,
+    last_step=Real, last_change=Real, worse=Real,
+)  # fmt: skip
+
 #: Stages of an implicit method, at most.
 MOST_STAGES = 7
 #: Fraction of a constraint, by energy, that must be independent of the others; below it, it is redundant.
@@ -306,10 +315,8 @@ def kept_record(parts: Parts) -> Record:
       composition of flows.
     - ``tangents``: of motors, as twists in their frames, and of twists; ``seen_tangents``: those of the last state that
       was asked for.
-    - ``stiffness``, ``damping``, ``turning``, ``moving``: of the stages of implicit steps, see implicit_steps.py;
-      ``factors``, ``pivots``, ``divisors``: of their systems, at ``factored_step``; ``has_jacobian``: 2 where they are
-      of the step at hand, 1 where of an earlier one; ``rate``: how fast iterations converge; ``turns``: for
-      how many steps derivatives are renewed within them; ``last_error``, ``last_step``: of the last step.
+    - ``stiffness``, ``damping``, ``turning``, ``moving``: of the stages of implicit steps, see stage_systems.py;
+      ``factors``, ``pivots``, ``divisors``: of their systems; ``iteration``: see collocated.py.
     - ``coefficients``: of all orders from the state at the begin of the last step, of time in units of ``dense_step``;
       ``now``: the state at its end; ``flight``: position and velocity of a body in flight, at its end and at its begin;
       ``coefficients_along``: tangents of the coefficients, one direction after the other.
@@ -325,10 +332,9 @@ def kept_record(parts: Parts) -> Record:
         rows = MOST_STAGES * parts.size
         shapes |= dict.fromkeys(("stiffness", "damping", "factors"), (rows, parts.size))
         shapes |= dict.fromkeys(("turning", "moving"), (rows, 6)) | dict.fromkeys(("pivots", "divisors"), (rows,))
-        shapes |= dict.fromkeys(("factored_step", "has_jacobian", "rate", "turns", "last_error", "last_step"), ())
     if "taylor" in parts.methods:
         state = parts.series_state
         shapes |= {"coefficients": (ROWS, state), "now": (state,), "flight": (12,)}
         if tangents:
             shapes["coefficients_along"] = (parts.tangents * ROWS, state)
-    return Record("Kept", shapes)
+    return Record("Kept", shapes, records={"iteration": Iteration} if parts.is_implicit else {})

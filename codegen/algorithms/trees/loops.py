@@ -176,7 +176,7 @@ def loop_algorithms(k: Any, identity: tuple[float, ...]) -> LoopAlgorithms:
         twist = empty(6)
         other_twist = empty(6)
         difference = empty(6)
-        n = len(work)
+        n = len(x) // 2
         for i in range(len(rows)):
             row = rows[i]
             own = row_work[i]

@@ -8,6 +8,7 @@ from ...ir.loops.algorithm import Algorithm as algorithm
 from ...ir.loops.language import INFINITY, Bool, InOut, Int, IntRows, Ints, Real, Reals, Rows, Vector, sqrt
 from ..chain_records import Joint
 from ..dynamics.advance import ALMOST, NO_PROGRESS, WATCHED
+from ..dynamics.projection import TINY
 from ..dynamics.records import Code, Control, Progress, Reached, Spring
 from ..dynamics.simulations import LEAST_TIME
 from .accelerations import MotionAlgorithms
@@ -17,6 +18,8 @@ from .records import Link
 from .steps import StepAlgorithms
 
 OK, STOPPED, PAUSED, STALLED = int(Code.OK), int(Code.STOPPED), int(Code.PAUSED), int(Code.STALLED)
+#: Steps of an interval, at most.
+MOST_STEPS = 100_000
 #: Told as the independent fraction of a row where a mechanism is singular.
 SINGULAR = 1e-4
 
@@ -30,10 +33,13 @@ class TreeMotion(NamedTuple):
         States at times, from where a simulation stands.
     steps : algorithm
         Some steps of a scheme with a fixed one; a status.
+    intervals : algorithm
+        Times of a length, each in as many steps as it takes; a status.
     """
 
     run: algorithm
     steps: algorithm
+    intervals: algorithm
 
 
 def tree_motion_algorithms(
@@ -171,6 +177,7 @@ def tree_motion_algorithms(
             kept.time = times[0]
             kept.watched[1] = times[0]
             kept.least_time = LEAST_TIME * duration
+            kept.pace = 1.0 / (duration + TINY)
             find_rates(
                 joints, parents, balls, joint_laws, torques, links, bodies, carriers, spring_ends, springs, loops, rows,
                 places, firsts, gravity, options, options.poses, references, state, work, acting, row_work, matrix,
@@ -243,4 +250,33 @@ def tree_motion_algorithms(
                 return int(status)
         return OK
 
-    return TreeMotion(run, steps)
+    @algorithm
+    def intervals(
+        joints: Rows[Joint], parents: Ints, balls: Ints, joint_laws: Rows[JointLaw], torques: Reals, links: Rows[Link],
+        bodies: Rows[TreeBody], carriers: Ints, spring_ends: IntRows[2], springs: Rows[Spring], loops: Rows[Loop],
+        rows: Rows[LoopRow], places: IntRows[8], firsts: Ints, gravity: Vector[3], settings: Settings, options: Options,
+        scheme: Reals, h: Real, count: Int, kept: InOut[KeptMotion], state: InOut[Reals], references: InOut[Reals],
+        old_references: InOut[Reals], x: InOut[Reals], end: InOut[Reals], fresh: InOut[Reals], stages: InOut[Reals],
+        work: InOut[Rows[LinkWork]], acting: InOut[Rows[6]], row_work: InOut[Rows[RowWork]], matrix: InOut[Reals],
+    ) -> Int:  # fmt: skip
+        """Times of a length, each from a state without a past, in as many steps as it takes; a status."""
+        for _ in range(count):
+            kept[:] = 0.0
+            kept.next_step = h
+            kept.least_time = LEAST_TIME * h
+            kept.pace = 1.0 / (h + TINY)
+            done = 0
+            while kept.time < h:
+                status = adaptive_step(
+                    joints, parents, balls, joint_laws, torques, links, bodies, carriers, spring_ends, springs, loops,
+                    rows, places, firsts, gravity, settings, options, scheme, h, kept, state, references,
+                    old_references, x, end, fresh, stages, work, acting, row_work, matrix,
+                )  # fmt: skip
+                if status != OK:
+                    return int(status)
+                done += 1
+                if done == MOST_STEPS:
+                    return STALLED
+        return OK
+
+    return TreeMotion(run, steps, intervals)

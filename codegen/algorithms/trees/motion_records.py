@@ -11,7 +11,7 @@ from typing import Any
 
 from ...ir.loops.language import Int, Real, Vector
 from ...ir.loops.records import record
-from ..dynamics.records import LAW_NUMBERS
+from ..dynamics.records import LAW_NUMBERS, Iteration
 
 #: What of a joint's coordinate is special: nothing; that it is the second or third of a ball. Of the first of a ball it
 #: is the ball's number.
@@ -58,8 +58,11 @@ Options: Any = record(
     method_order=Int,
 )  # fmt: skip
 #: What a simulation keeps between calls, besides its state: as `kept_record` of algorithms/dynamics has it; of loops
-#: how many rows depended on others at the start, how much they did at most, and what `Reached` tells of that.
+#: how many rows depended on others at the start, how much they did at most, and what `Reached` tells of that. Of
+#: implicit steps the speed, in units a second, below which one counts as none, how many steps of the least length
+#: follow each other, and what collocated.py keeps.
 KeptMotion: Any = record(
     "KeptMotion", time=Real, next_step=Real, dense_time=Real, dense_step=Real, has_dense=Real, least_time=Real,
-    watched=Vector[3], soft=Real, depth=Real, singular=Vector[2],
+    watched=Vector[3], soft=Real, depth=Real, singular=Vector[2], pace=Real, least_steps=Real,
+    iteration=Iteration,
 )  # fmt: skip

@@ -52,12 +52,15 @@ class StepAlgorithms(NamedTuple):
         The state at a time within it.
     step : algorithm
         One of a scheme with a fixed step; a status.
+    land : algorithm
+        The state at the end of a step becomes the simulation's.
     """
 
     unit_of: algorithm
     adaptive_step: algorithm
     find_state_between: algorithm
     step: algorithm
+    land: algorithm
 
 
 def step_algorithms(k: Any, closing: ClosingAlgorithms) -> StepAlgorithms:
@@ -317,4 +320,4 @@ def step_algorithms(k: Any, closing: ClosingAlgorithms) -> StepAlgorithms:
             return int(status)
         return OK
 
-    return StepAlgorithms(unit_of, adaptive_step, find_state_between, step)
+    return StepAlgorithms(unit_of, adaptive_step, find_state_between, step, land)

@@ -323,6 +323,8 @@ def refusal_of_library(name: str) -> AlgorithmError:
 def _with_fields(type: Any, array: Any) -> Any:
     if isinstance(type, ArrayType) and type.axes == 0 and type.is_open and type.size > 1 and np.ndim(array) == 1:
         array = array[: len(array) // type.size * type.size].reshape(-1, *type.sizes[1:])  # numbers given as rows
+    elif isinstance(type, ArrayType) and type.shape == (None,) and np.ndim(array) > 1:
+        array = array.reshape(-1)  # rows given as numbers
     return type.record.view(array) if isinstance(type, ArrayType) and type.record is not None else array
 
 

@@ -124,6 +124,10 @@ class CallReader(AssignmentReader):
         if declared.is_open and found.rows is not None and found.type.size == 1:
             rows = Binary("//", found.rows, integer(declared.size), INT)
             return replace(found, type=declared, rows=rows)
+        if declared.sizes == (None,):  # all numbers of rows, or of an array
+            size = integer(found.type.size)
+            every = size if found.rows is None else Binary("*", found.rows, size, INT)
+            return replace(found, type=declared, rows=every)
         return self.refuse(node, f"{found.type} for {parameter.name}, which is {declared}", "The shapes must be one.")
 
     def temporary(self, node: ast.AST, items: Sequence[Any], scalar: Scalar = REAL) -> View:

@@ -31,14 +31,19 @@ class Record(Annotation):
         Of all fields: `REAL` or `INT`.
     still : frozenset of str
         Fields that derivatives take for constant where a kernel reads them.
+    records : mapping of str to Record
+        Of fields that are a row of another record.
     """
 
-    def __init__(self, name: str, shapes: Mapping[str, tuple[int, ...]], scalar: Scalar = REAL) -> None:
-        self.name, self.scalar = name, scalar
+    def __init__(
+        self, name: str, shapes: Mapping[str, tuple[int, ...]], scalar: Scalar = REAL,
+        records: Mapping[str, Record] | None = None,
+    ) -> None:  # fmt: skip
+        self.name, self.scalar, self.records = name, scalar, dict(records or {})
         self.still: frozenset[str] = frozenset()
-        self.shapes = dict(shapes)
-        self.offsets: dict[str, int] = {}
         self.size = 0
+        self.shapes = {**shapes, **{field: (each.size,) for field, each in self.records.items()}}
+        self.offsets: dict[str, int] = {}
         for field, shape in self.shapes.items():
             self.offsets[field] = self.size
             self.size += prod(shape)
@@ -57,12 +62,12 @@ class Record(Annotation):
             raise AlgorithmError(
                 f"{self.name} has no field {name}{suggest(name, self.offsets)}", remedy=f"There are: {known}."
             )
-        shape = self.shapes[name]
-        return self.offsets[name], ArrayType(self.scalar, shape) if shape else self.scalar
+        shape, row = self.shapes[name], self.records.get(name)
+        return self.offsets[name], ArrayType(self.scalar, shape, record=row) if shape else self.scalar
 
     def with_still(self, *names: str) -> Record:
         """The record, with fields that no derivative varies."""
-        found = Record(self.name, self.shapes, self.scalar)
+        found = Record(self.name, self.shapes, self.scalar, self.records)
         found.still = frozenset(names)
         return found
 
@@ -116,7 +121,7 @@ def record(name: str, **fields: Any) -> Record:
     ----------
     name : str
         For messages.
-    **fields : Real, Vector[n] or Matrix[m, n]; or all of them Int or IntVector[n]
+    **fields : Real, Vector[n], Matrix[m, n] or a record of such; or all of them Int, IntVector[n] or records of these
         In the order of the row.
 
     Raises
@@ -134,6 +139,7 @@ def record(name: str, **fields: Any) -> Record:
     """
     shapes: dict[str, tuple[int, ...]] = {}
     scalars: list[Scalar] = []
+    records: dict[str, Record] = {}
     for field, annotation in fields.items():
         if hasattr(np.ndarray, field) or keyword.iskeyword(field) or field.startswith("_") or not field.isascii():
             raise AlgorithmError(f"{name}: {field} cannot be a field", remedy="Choose another name.")
@@ -141,6 +147,8 @@ def record(name: str, **fields: Any) -> Record:
         if isinstance(type, ArrayType) and not type.is_generic and not type.is_open:
             shapes[field] = tuple(n for n in type.sizes if n is not None)
             scalars.append(type.scalar)
+            if type.record is not None:
+                records[field] = type.record
         elif isinstance(type, Scalar):
             shapes[field] = ()
             scalars.append(type)
@@ -149,7 +157,7 @@ def record(name: str, **fields: Any) -> Record:
             raise AlgorithmError(f"{name}: {field} has another type", remedy=remedy)
     if not shapes:
         raise AlgorithmError(f"{name} has no field", remedy="Declare one, such as mass=Real.")
-    return Record(name, shapes, scalars[0])
+    return Record(name, shapes, scalars[0], records)
 
 
 class RecordArray(np.ndarray[Any, Any]):
@@ -173,6 +181,8 @@ class RecordArray(np.ndarray[Any, Any]):
         if not shape:
             return rows[offset] if rows.ndim == 1 else rows[..., offset]  # a number, no view that changes later
         part = rows[..., offset : offset + prod(shape)]
+        if name in layout.records:
+            return layout.records[name].view(part)
         return part.reshape(*self.shape[:-1], *shape) if len(shape) > 1 else part
 
     def __setattr__(self, name: str, value: Any) -> None:

@@ -253,7 +253,7 @@ def _sum(a: str, b: str) -> str:
 
 
 def _argument(text: str) -> str:
-    """An argument of a call: of integers and truth values as such, each would be a type, for which numba compiles anew."""
+    """An argument of a call: integers and truth values as such would be types, each of which numba compiles anew."""
     if re.fullmatch("-?[0-9]+", text):
         return f"I({text})"
     return f"bool({text})" if text in ("True", "False") else text

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from ...codegen.algorithms.dynamics.steps.implicit_steps import MORE_ROWS
+from ...codegen.algorithms.dynamics.steps.collocated import MORE_ROWS
 
 Array = NDArray[np.float64]
 #: Errors of a step from which on methods of 3 and of 5 stages are taken; below them 7.

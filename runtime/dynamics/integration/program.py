@@ -209,8 +209,10 @@ def _loops_on_gpu(files: Mapping[str, str], changes: frozenset[str]) -> Callable
 
 
 @cache
-def tree_loops(algebra: str, target: str) -> tuple[dict[str, InPlace], bool]:
+def tree_loops(algebra: str, target: str, is_implicit: bool = False) -> tuple[dict[str, InPlace], bool]:
     """Algorithms of motions of trees by name, and whether they run on a GPU; by numba where there is no compiler.
+
+    Those of implicit steps are a program of their own: explicit runs do not wait for its compilation.
 
     Raises
     ------
@@ -219,7 +221,7 @@ def tree_loops(algebra: str, target: str) -> tuple[dict[str, InPlace], bool]:
     """
     from ...codegen.execute.numba_cache import CachedModule
 
-    files = tree_motion_program(algebra).files if target == "cuda" else {}
+    files = tree_motion_program(algebra, is_implicit).files if target == "cuda" else {}
     if target == "cuda":
         loop_of, text = _loops_on_gpu(files, _CHANGED_OF_TREES), files[ENTRIES]
     else:
@@ -232,11 +234,11 @@ def tree_loops(algebra: str, target: str) -> tuple[dict[str, InPlace], bool]:
             _log.warning("simulations run by numba: %s.", missing_compiler().what)
             target = "numba"
         if target == "c":
-            program = tree_motion_program(algebra)
+            program = tree_motion_program(algebra, is_implicit)
             text, module = program.files[ENTRIES], load(program.extension())
             loop_of = lambda key: CLoop(module, "f64", f"bs_{key}")  # noqa: E731
         else:
-            texts = tree_motion_numba(algebra)
+            texts = tree_motion_numba(algebra, is_implicit)
             text = texts.entries
             signatures = {key: entry.signature() for key, entry in read_entries(text).items()}
             compiled = CachedModule(texts.name, texts.text, signatures)

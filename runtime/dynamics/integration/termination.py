@@ -35,8 +35,8 @@ _REASONS = {
     driver.NOT_SOLVED: ("the implicit step was not solved", "Take a smaller step"),
     driver.STALLED: (
         "the steps have become so small that the run would not end, and the bodies hardly move",
-        "Give atol, the error in radians that is allowed, or a larger rtol; or integrator='rk4' with a step. Functions "
-        "with jumps, and stiff springs, cause this",
+        "Give atol, the error in radians that is allowed, or a larger rtol; integrator='implicit' where springs or "
+        "dampers are stiff; or integrator='rk4' with a step. Functions with jumps cause this too",
     ),
     driver.VIOLATED: (
         "",

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ...codegen.algorithms.dynamics.records import Control, Progress, Reached
 from ...codegen.algorithms.trees.motion_records import KeptMotion, LinkWork, Options, RowWork, Settings
+from ...codegen.algorithms.trees.stage_systems import numbers_of_stages
 from ...codegen.programs.chains import identity_rotor
 from ..assembly.data import Assembly
 from ..integration.driver import STEPS, Run
@@ -41,18 +42,23 @@ class TreeDriver:
         self, tree: SpanningTree, assembly: Assembly, parameters: TreeParameters, method: Method, target: str
     ) -> None:
         self.tree, self.assembly, self.parameters, self.method = tree, assembly, parameters, method
-        self.loops, self.is_on_gpu = tree_loops(assembly.algebra.name, target)
+        self.is_implicit = method.driver == "implicit"
+        self.loops, self.is_on_gpu = tree_loops(assembly.algebra.name, target, self.is_implicit)
         self.size, self.bodies, n = len(parameters.start), len(assembly.bodies), tree.count
         scheme = method.scheme
-        self.stage_numbers = 2 * n * scheme.kept_rows
-        self.memory = self.stage_numbers + n * LinkWork.size + 8 * n + 6 * self.bodies + len(parameters.rows) ** 2
-        self.budget = max(1, STEPS // max(1, n))
+        # tangents of the work are behind it
+        self.copies = 2 if self.is_implicit else 1
+        self.stage_numbers = numbers_of_stages(scheme.stages, 2 * n) if self.is_implicit else 2 * n * scheme.kept_rows
+        work = n * LinkWork.size + 6 * self.bodies + 2 * len(parameters.rows) ** 2
+        self.memory = self.stage_numbers + self.copies * work + 8 * n
+        # derivatives by all freedoms take a step of all bodies each, for some stages
+        self.budget = max(1, STEPS // max(1, 16 * n * n if self.is_implicit else n))
         self.settings, self.options = Settings.zeros(), Options.zeros()
         self.settings.rtol, self.settings.atol = method.rtol, method.atol
         self.settings.longest_step, self.settings.length = method.step, parameters.length
         for name, value in parameters.options.items():
             setattr(self.options, name, value)
-        self.options.adapts = int(method.driver == "adaptive")
+        self.options.adapts = int(method.driver in ("adaptive", "implicit"))
         for name in ("stages", "all_stages", "dense_rows"):
             setattr(self.options, name, getattr(scheme, name))
         self.options.method_order = scheme.order
@@ -60,15 +66,15 @@ class TreeDriver:
     def own_memory(self) -> dict[str, Array]:
         """What each simulation changes, at the start."""
         n, size, balls = self.tree.count, self.size, int((self.tree.balls >= 0).sum())
-        rows = len(self.parameters.rows)
+        rows, copies = len(self.parameters.rows), self.copies
         references = np.tile(identity_rotor(self.assembly.algebra.name), (size, max(1, balls), 1))
         arrays = {name: np.zeros((size, 2 * n)) for name in ("x", "end", "fresh")}
         return {
             **arrays, "state": self.parameters.start.copy(), "references": references.reshape(size, -1),
             "old_references": references.reshape(size, -1).copy(), "stages": np.zeros((size, self.stage_numbers)),
-            "work": np.zeros((size, n, LinkWork.size)), "acting": np.zeros((size, self.bodies, 6)),
-            "kept": np.zeros((size, KeptMotion.size)), "row_work": np.zeros((size, rows, RowWork.size)),
-            "matrix": np.zeros((size, 2 * rows * rows)),
+            "work": np.zeros((size, copies * n, LinkWork.size)), "acting": np.zeros((size, copies * self.bodies, 6)),
+            "kept": np.zeros((size, KeptMotion.size)), "row_work": np.zeros((size, copies * rows, RowWork.size)),
+            "matrix": np.zeros((size, copies * 2 * rows * rows)),
         }  # fmt: skip
 
     def shared(self) -> dict[str, Array]:

@@ -15,23 +15,33 @@ from ..integration.integrators import Method
 from ..integration.time_grid import Settings
 from ..model import loads as load_types
 from ..model.joint_loads import JointLoad
+from .decay import fastest_decay_of_tree, is_stiff
 from .driver import TreeDriver
 from .parameters import TreeParameters, tree_parameters
 from .spanning_tree import SpanningTree, spanning_tree
 
 #: Integrators of motions in coordinates of joints.
-INTEGRATORS = ("auto", "adaptive", "rk4", *(name for name, kind in integrators.INTEGRATORS.items() if kind == "chart"))
+INTEGRATORS = (
+    "auto", "adaptive", "implicit", "rk4",
+    *(name for name, kind in integrators.INTEGRATORS.items() if kind == "chart"),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class TreeProblem:
-    """A tree with its loads, at its start."""
+    """A tree with its loads, at its start; ``decay``: by which loads slow it down, per second, at most."""
 
     tree: SpanningTree
     assembly: Assembly
     parameters: TreeParameters
     integrator: str
     target: str
+    decay: float
+
+    @property
+    def is_implicit(self) -> bool:
+        """Whether implicit steps are asked for."""
+        return self.integrator == "implicit"
 
     def with_fixed_steps(self) -> TreeProblem:
         """The same with "rk4" in place of an integrator that chooses its steps."""
@@ -44,8 +54,10 @@ class TreeProblem:
     def driver(self, settings: Settings) -> TreeDriver:
         """The compiled motion, with the settings of a run."""
         duration, step, rtol, atol = settings
-        name = "adaptive" if self.integrator == "auto" else self.integrator
-        size = duration if name == "adaptive" else step
+        name = self.integrator
+        if name == "auto":
+            name = "implicit" if is_stiff(self.decay, self.tree.count, duration) else "adaptive"
+        size = duration if name in ("adaptive", "implicit") else step
         method = Method(name, size, integrators.RTOL if rtol is None else rtol, 0.0 if atol is None else atol)
         return TreeDriver(self.tree, self.assembly, self.parameters, method, self.target)
 
@@ -73,4 +85,5 @@ def tree_problem(system: Any, loads: Sequence[Any], integrator: str, target: str
     parameters = tree_parameters(system, tree, assembly, tuple(loads))
     if isinstance(parameters, str):
         return parameters
-    return TreeProblem(tree, assembly, parameters, integrator, target)
+    decay = fastest_decay_of_tree(tree, assembly, parameters) if integrator == "auto" else 0.0
+    return TreeProblem(tree, assembly, parameters, integrator, target, decay)

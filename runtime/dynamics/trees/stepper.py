@@ -10,9 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from ...codegen.errors import InputError, SimulationError
 from ...common.validation import as_instance, real_array
 from ...mechanics.system import System
+from ..integration.driver import NOT_FINITE
 from .problem import TreeProblem
 
 Array = NDArray[Any]
+#: Relative error of implicit steps.
+RTOL = 1e-8
 
 
 class JointState:
@@ -55,7 +58,7 @@ class Stepper:
             )
         if problem.assembly.batched:
             raise InputError("a stepper is of one simulation, not of a batch.")
-        driver = problem.with_fixed_steps().driver((dt, dt / substeps, None, None))
+        driver = problem.with_fixed_steps().driver((dt, dt / substeps, RTOL if problem.is_implicit else None, None))
         self.dt, n = dt, tree.count
         joints = sorted(tree.joints, key=lambda joint: joint.index)
         ranges = [range(j.first, j.first + len(j.freedoms.axes)) for j in joints]
@@ -72,7 +75,7 @@ class Stepper:
         arguments = {**driver.shared(), "h": dt / substeps, "count": substeps}
         arguments |= {name: x[0] for name, x in {**own, **memory}.items()}
         arguments |= {"state": self._state, "torques": self._torques}
-        self._bound = driver.loops["steps"].over(1, {}, arguments)
+        self._bound = driver.loops["intervals" if problem.is_implicit else "steps"].over(1, {}, arguments)
         self._run, self._status, self._kept = self._bound.run, self._bound.returned[0], arguments
         self.start = self._read(start, 0.0)
 
@@ -89,7 +92,7 @@ class Stepper:
         InputError, ShapeError
             If an array has another shape.
         SimulationError
-            If the next state is not finite.
+            If the next state is not finite, or implicit steps come to no end.
         """
         n, own, order, shape = self._shape[0], self._state, self._order, self._shape
         if type(state) is not JointState:
@@ -106,9 +109,12 @@ class Stepper:
             self._torques += self._constant
         self._run(0, 1)
         if self._status[0]:
+            is_lost = self._status[0] == NOT_FINITE
+            what = "the state is no longer finite" if is_lost else "steps became too small to go on"
             raise SimulationError(
-                f"the state is no longer finite, at time {state.time + self.dt:.6g}.",
-                remedy="Look at the torques; or take a smaller dt, or more substeps",
+                f"{what}, at time {state.time + self.dt:.6g}.",
+                remedy="Look at the torques; or take a smaller dt, or more substeps; or, where loads are stiff, "
+                "integrator='implicit'",
             )
         return self._read(own, state.time + self.dt)
 

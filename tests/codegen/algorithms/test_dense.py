@@ -26,8 +26,8 @@ def eliminated(a: InOut[Matrix[6, 6]], b: InOut[Vector[6]]) -> None:
     """Solve by elimination."""
     order = empty(6)
     scales = empty(6)
-    dense.factor(a, order, scales)
-    dense.solve_factored(a, order, scales, b)
+    dense.factor(a, 6, order, scales)
+    dense.solve_factored(a, 6, order, scales, b)
 
 
 @algorithm

@@ -12,7 +12,7 @@ import pytest
 from bladesmith import errors
 from bladesmith.codegen import algorithm
 from bladesmith.codegen.build import extension
-from bladesmith.codegen.language import InOut, Int, IntVector, Matrix, Out, Real, Rows, Vector, record
+from bladesmith.codegen.language import InOut, Int, IntVector, Matrix, Out, Real, Reals, Rows, Vector, record
 
 Body = record("Body", mass=Real, position=Vector[3], inertia=Matrix[3, 3], energy=Real)
 
@@ -221,3 +221,47 @@ def advance(count: InOut[Counter]) -> Int:
 def test_a_number_of_a_row_does_not_change_with_the_row() -> None:
     changed, before = advance.reference(np.array([4, 0, 0]))
     assert (int(before), changed.tolist()) == (4, [5, 0, 0])
+
+
+Gauge = record("Gauge", offset=Real, scale=Vector[2])
+Meter = record("Meter", count=Real, gauge=Gauge, last=Real)
+
+
+@algorithm
+def total_of(x: Reals) -> Real:
+    """Sum of single numbers."""
+    total = 0.0
+    for i in range(len(x)):
+        total += x[i]
+    return total
+
+
+@algorithm
+def read(gauge: InOut[Gauge]) -> None:
+    """Change a record."""
+    gauge.scale[1] += gauge.offset
+
+
+@algorithm
+def read_all(meters: InOut[Rows[Meter]]) -> Real:
+    """Records within records; rows where single numbers are declared."""
+    for i in range(len(meters)):
+        gauge = meters[i].gauge
+        gauge.offset += 1.0
+        read(meters[i].gauge)
+        meters[i].count = total_of(gauge.scale)
+    return total_of(meters)
+
+
+@pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
+def test_fields_that_are_records_and_rows_that_are_numbers() -> None:
+    given = np.arange(10.0).reshape(2, 5)
+    found, total = read_all(given)
+    expected = Meter.view(given.copy())
+    assert Meter.offsets == {"count": 0, "gauge": 1, "last": 4}
+    expected.gauge.offset += 1.0
+    expected.gauge.scale[:, 1] += expected.gauge.offset
+    expected.count = expected.gauge.scale.sum(-1)
+    assert np.array_equal(found, expected) and total == expected.sum()
+    again, other = read_all.reference(given)
+    assert np.array_equal(again, found) and other == total

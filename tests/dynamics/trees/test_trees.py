@@ -15,6 +15,7 @@ from bladesmith import dynamics, kinematics
 from bladesmith.dynamics.integration.program import tree_loops
 from bladesmith.errors import InputError
 
+from ...oracles.double_pendulum import HALF, MASS, MOMENT, double_pendulum
 from ...support import cuda
 from ...support.mechanisms.robots import needs_robots, real_robots
 
@@ -84,28 +85,16 @@ def difference(one: Any, other: Any) -> float:
 
 def test_double_pendulum() -> None:
     """Two rods in a plane: angles, speeds and the force of the upper hinge by Lagrange's equations."""
-    mass, half, moment = np.array([1.0, 2.0]), 0.5, np.array([0.3, 0.4])
     bodies = {
         name: dynamics.RigidBody(m, (0.3, i, 0.3), (0, 0, -0.5 - k))
-        for k, (name, m, i) in enumerate(zip("ab", mass, moment, strict=True))
+        for k, (name, m, i) in enumerate(zip("ab", MASS, MOMENT, strict=True))
     }
     hinges = [(CGA.line((0, 0, -k), (0, 1, 0)), CGA.point((0, 0, -k))) for k in range(2)]
     joints = [kinematics.Revolute("base", "a", *hinges[0]), kinematics.Revolute("b", "a", *hinges[1])]
     gravity = np.array([6.0, 0.0, -9.81])
     times = np.linspace(0, 1.5, 16)
     found = dynamics.Simulation(dynamics.System(bodies, joints), [dynamics.Gravity(gravity)]).run(1.5, times=times)
-
-    def rates(_: float, y: Any) -> Any:
-        p, w = y[:2], y[2:]  # angles from the vertical, about y
-        coupling = mass[1] * half * np.cos(p[0] - p[1])
-        own = moment + mass * half**2 + np.array([mass[1], 0.0])
-        matrix = np.diag(own) + coupling * np.array([[0.0, 1.0], [1.0, 0.0]])
-        swing = mass[1] * half * np.sin(p[0] - p[1])
-        lever = np.array([mass[0] * half + mass[1], mass[1] * half])
-        pull = -gravity[0] * np.cos(p) + gravity[2] * np.sin(p)
-        right = lever * pull + swing * np.array([-w[1] ** 2, w[0] ** 2])
-        return np.concatenate([w, np.linalg.solve(matrix, right)])
-
+    rates = double_pendulum(gravity)
     exact = solve_ivp(rates, (0, 1.5), np.zeros(4), method="DOP853", rtol=3e-14, atol=1e-14, t_eval=times).y
     assert difference(found.coordinates(0), exact[0]) < 1e-11
     assert difference(found.coordinates(joints[1]), exact[0] - exact[1]) < 1e-11  # of the first body against the second
@@ -115,11 +104,11 @@ def test_double_pendulum() -> None:
     force = np.zeros((len(times), 3))
     for k in range(2):  # of the hinge on both: masses times accelerations, less their weights
         for j in range(k + 1):
-            reach = half if j == k else 1.0
+            reach = HALF if j == k else 1.0
             p, w, a = exact[j], exact[2 + j], accelerations[j]
-            force[:, 0] += mass[k] * reach * (-np.cos(p) * a + np.sin(p) * w**2)
-            force[:, 2] += mass[k] * reach * (np.sin(p) * a + np.cos(p) * w**2)
-        force -= mass[k] * gravity
+            force[:, 0] += MASS[k] * reach * (-np.cos(p) * a + np.sin(p) * w**2)
+            force[:, 2] += MASS[k] * reach * (np.sin(p) * a + np.cos(p) * w**2)
+        force -= MASS[k] * gravity
     own = dynamics.wrench_parts(found.reactions(0))[0]
     assert difference(own, force) < 1e-9 * np.abs(force).max()
 
@@ -261,28 +250,29 @@ def test_what_is_no_tree() -> None:
 @pytest.mark.compiles
 def test_numba_has_the_bits_of_c() -> None:
     pytest.importorskip("numba")
-    assert_same_bits("numba")
+    assert_same_bits("numba", "auto")  # implicit steps have these bits too, after ten minutes of compilation
 
 
 @pytest.mark.gpu
 @pytest.mark.slow
 @pytest.mark.compiles
 @cuda.each_device
-def test_text_for_gpus_has_the_bits_of_c(where: str) -> None:
+@pytest.mark.parametrize("integrator", ["auto", "implicit"])
+def test_text_for_gpus_has_the_bits_of_c(where: str, integrator: str) -> None:
     with cuda.devices(where):
         tree_loops.cache_clear()
-        assert_same_bits("cuda")
+        assert_same_bits("cuda", integrator)
     tree_loops.cache_clear()
 
 
-def assert_same_bits(target: str) -> None:
+def assert_same_bits(target: str, integrator: str) -> None:
     """Of every joint and load, a loop and a coupling."""
     ends, tree = [], mixed()
     joints = [*tree.joints, kinematics.Spherical("c", "h", CGA.point((0.3, 1, -2)))]
     system = dynamics.System(tree.bodies, joints, couplings=[{(1, 0): 1.0, (6, 0): -0.5}])
     for each in ("c", target):
-        simulation = dynamics.Simulation(system, loads(), coordinates="joint", target=each)
-        run: Any = simulation.run(0.2, times=[0.1, 0.2])._run
+        options = {"integrator": integrator, "coordinates": "joint", "target": each}
+        run: Any = dynamics.Simulation(system, loads(), **options).run(0.2, times=[0.1, 0.2])._run
         assert run.violations.max() < 1e-10
         ends.append([run.motors, run.twists, run.reactions, run.coordinates, run.violations, run.steps, run.reached])
     assert all(x.tobytes() == y.tobytes() for x, y in zip(*ends, strict=True))

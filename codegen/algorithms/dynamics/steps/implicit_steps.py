@@ -1,23 +1,10 @@
-"""Simulations: steps of Radau IIA collocation in the chart at their start, for what is stiff.
-
-Stages are increments Z of the state, with F(Z) = A^-1 Z/h where F are the rates at them. Stiff directions may turn
-within a step, and an iteration must know them where they are: each stage has derivatives of its own, J, and all are
-solved in turn by a lower triangle L in place of A^-1, (L/h - J) D = F - A^-1 Z/h. The triangle is that of Crout's
-factors of A, with which the iteration converges on all that is stable, at once on what is stiff (van der Houwen and de
-Swart, Triangularly implicit iteration methods for ODE-IVP solvers, SIAM J. Sci. Comput. 18, 1997). Of a stage
-
-    J = [C, B; K, D],    C and B blocks of 6 x 6,    E = 2 - B, which is B^-1 but for squares of the motion in a step,
-
-so that a system of half the size remains:
-
-    (m^2 E - m (D E + E C) - (K - D E C)) dx = r2 + (m - D) E r1,    dv = E ((m - C) dx - r1).
+"""Simulations: steps of Radau IIA collocation in the chart at their start, for what is stiff; see collocated.py.
 
 Annotations are evaluated: sizes are those of the kind of simulation.
 """
 
 from typing import Any
 
-from ....ir.algorithm_derivative import derivative_of
 from ....ir.loops.algorithm import Algorithm as algorithm
 from ....ir.loops.language import (
     INFINITY,
@@ -32,36 +19,30 @@ from ....ir.loops.language import (
     Vector,
     empty,
     epsilon,
-    exp,
-    log,
     sqrt,
     unrolled,
 )  # fmt: skip
-from ...dense import factor, solve_factored
 from ..records import MOST_STAGES, Body, Code, Constraint, Parts, kept_record, work_records
 from .charts import ChartAlgorithms
-from .error_scales import ALMOST, FEWEST_ROUNDINGS, SAFETY, AdaptiveAlgorithms, ErrorScales
+from .collocated import (
+    IS_LOST,
+    IS_SOLVED,
+    RENEW,
+    accept_step,
+    begin_iterations,
+    change_of_step,
+    diagonal,
+    estimate_error,
+    guess_stages,
+    judge_iteration,
+    lagrange,
+    most_iterations,
+    subtract_slopes,
+)  # fmt: skip
+from .error_scales import ALMOST, FEWEST_ROUNDINGS, AdaptiveAlgorithms, ErrorScales
+from .stage_systems import stage_systems
 
 OK, UNDERFLOW = int(Code.OK), int(Code.UNDERFLOW)
-#: States that are kept beside three for each stage.
-MORE_ROWS = 5
-#: Error of the solution of a step that counts as none, in units of what is allowed; where iterations come to nothing
-#: by rounding, it is good enough below the second.
-SOLVED, NEARLY_SOLVED = 1e-2, 0.1
-#: Iterations, at most: for three stages, and for each more.
-ITERATIONS, MORE_ITERATIONS = 12, 3
-#: How fast a first iteration converges, at best.
-LEAST_RATE = 0.1
-#: Iterations that converge slower have their derivatives renewed.
-SLOW = 0.5
-#: Steps for which they are renewed at every iteration, once one was slow.
-TURNS = 20.0
-#: Iterations that converge faster than this keep the derivatives for the next step.
-FAST = 0.4
-#: Changes of a step, at least and at most; within the last two it stays, with its factors.
-LEAST_CHANGE, MOST_CHANGE, KEPT_FROM, KEPT_TO = 0.125, 4.0, 1.0, 1.2
-#: Estimates that are smaller count as this, where steps follow from two of them.
-LEAST_ERROR = 1e-2
 
 
 def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: ErrorScales) -> AdaptiveAlgorithms:
@@ -83,102 +64,7 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
     Integers: Any = work.integers
     groups, _, scale_of_state, rounding_of_rates, radius_of_gyration, first_step = scales
     state_rates, start_of_step, land = charts.state_rates, charts.start_of_step, charts.land
-    rates_along = derivative_of(state_rates, "w", "x")
-
-    # -- derivatives, and the systems of a stage --------------------------------------------------------------
-
-    @algorithm
-    def find_jacobian(
-        numbers: Reals, bodies: Rows[Body], springs: IntRows[2], user_loads: IntRows[3], constraints: Rows[Constraint],
-        w: InOut[Work], p: InOut[Integers], stop: IntVector[1], t: Real, x: Vector[state], stage: Int,
-        kept: InOut[Kept], unit: InOut[Vector[state]], slopes: InOut[Vector[state]], column: InOut[Vector[state]],
-    ) -> Int:  # fmt: skip
-        """The derivatives of the rates at a stage, column by column, and what its system takes of them; a status."""
-        stiffness = kept.stiffness[size * stage : size * stage + size]
-        damping = kept.damping[size * stage : size * stage + size]
-        turning = kept.turning[size * stage : size * stage + size]
-        moving = kept.moving[size * stage : size * stage + size]
-        block = empty(6)
-        status = OK
-        unit[:] = 0.0
-        for j in range(state):
-            unit[j] = 1.0
-            if status == OK:
-                status = rates_along(
-                    numbers, bodies, springs, user_loads, constraints, w[0:own_size], p, stop, t, kept.motors, x,
-                    slopes, w.along, unit, column,
-                )  # fmt: skip
-                p.held = 1
-            unit[j] = 0.0
-            first = (j % size) - j % 6
-            for i in range(size):
-                if j < size:
-                    stiffness[i, j] = column[size + i]
-                else:
-                    damping[i, j - size] = column[size + i]
-            for i in range(6):
-                if j < size:
-                    turning[first + i, j % 6] = column[first + i]
-                else:
-                    moving[first + i, j % 6] = (2.0 if i == j % 6 else 0.0) - column[first + i]
-        p.held = 0
-        for b in range(count):
-            for i in range(size):
-                for j in range(6):
-                    block[j] = 0.0
-                    for m in range(6):
-                        block[j] += damping[i, 6 * b + m] * moving[6 * b + m, j]
-                for j in range(6):
-                    damping[i, 6 * b + j] = block[j]
-            for i in range(size):
-                for j in range(6):
-                    for m in range(6):
-                        stiffness[i, 6 * b + j] -= damping[i, 6 * b + m] * turning[6 * b + m, j]
-            for j in range(6):
-                for i in range(6):
-                    block[i] = 0.0
-                    for m in range(6):
-                        block[i] += moving[6 * b + i, m] * turning[6 * b + m, j]
-                for i in range(6):
-                    turning[6 * b + i, j] = block[i]
-                    damping[6 * b + i, 6 * b + j] += block[i]
-        return int(status)
-
-    @algorithm
-    def factor_stage(m: Real, stage: Int, kept: InOut[Kept]) -> None:
-        """The factors of a stage's system."""
-        at = size * stage
-        factors = kept.factors[at : at + size]
-        for i in range(size):
-            first = i - i % 6
-            for j in range(size):
-                factors[i, j] = -m * kept.damping[at + i, j] - kept.stiffness[at + i, j]
-            for j in range(6):
-                factors[i, first + j] += m * m * kept.moving[at + i, j]
-        factor(factors, kept.pivots[at : at + size], kept.divisors[at : at + size])
-
-    @algorithm
-    def solve_stage(kept: Kept, m: Real, stage: Int, r: InOut[Vector[state]], x: InOut[Vector[size]]) -> None:
-        """Replace r by the solution of a stage's system, of its factors."""
-        at = size * stage
-        for i in range(size):
-            first = i - i % 6
-            total = r[size + i]
-            for j in range(size):
-                total -= kept.damping[at + i, j] * r[j]
-            for j in range(6):
-                total += (m * kept.moving[at + i, j] + kept.turning[at + i, j]) * r[first + j]
-            x[i] = total
-        solve_factored(kept.factors[at : at + size], kept.pivots[at : at + size], kept.divisors[at : at + size], x)
-        for i in range(size):
-            first = i - i % 6
-            total = 0.0
-            for j in range(6):
-                moving = kept.moving[at + i, j]
-                total += (m * moving - kept.turning[at + i, j]) * x[first + j] - moving * r[first + j]
-            r[size + i] = total
-        for i in range(size):
-            r[i] = x[i]
+    differentiate_stages, factor_stages, solve_stage = stage_systems(parts, charts)
 
     # -- errors ----------------------------------------------------------------------------------------------
 
@@ -229,31 +115,6 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
     # -- steps -----------------------------------------------------------------------------------------------
 
     @algorithm
-    def lagrange(scheme: Reals, p: Integers, x: Real, weights: Out[Vector[MOST_STAGES]]) -> None:
-        """Weights at x of the stages of a step, in the polynomial that is zero at 0."""
-        for i in range(p.stages):
-            product = x / scheme[i]
-            for m in range(p.stages):
-                if m != i:
-                    product *= (x - scheme[m]) / (scheme[i] - scheme[m])
-            weights[i] = product
-
-    @algorithm
-    def guess_stages(scheme: Reals, p: Integers, h: Real, kept: Kept, stages: InOut[Rows[state]]) -> None:
-        """Stages at first: on the polynomial of the last step, if there was one, or the state at the start."""
-        weights = empty(MOST_STAGES)
-        n = p.stages
-        for i in range(n):
-            row = stages[n + i]
-            row[:] = 0.0
-            if kept.has_dense != 0.0:
-                lagrange(scheme, p, 1.0 + scheme[i] * h / kept.dense_step, weights)
-                for m in range(n):
-                    weight = weights[m] - (1.0 if m == n - 1 else 0.0)
-                    for j in range(state):
-                        row[j] += weight * stages[m, j]
-
-    @algorithm
     def improve_stages(
         numbers: Reals, bodies: Rows[Body], springs: IntRows[2], user_loads: IntRows[3], constraints: Rows[Constraint],
         w: InOut[Work], p: InOut[Integers], stop: IntVector[1], scheme: Reals, t: Real, h: Real, start: Vector[state],
@@ -265,8 +126,6 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
         else:
             left = empty(size)
         n = p.stages
-        inverse = scheme[2 * n :]
-        triangle = scheme[2 * n + n * n :]
         for i in range(n):
             for j in range(state):
                 x[j] = start[j] + stages[n + i, j]
@@ -277,49 +136,12 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
             if status != OK:
                 return int(status)
         for i in range(n):
-            change = stages[2 * n + i]
-            for j in range(state):
-                total = 0.0
-                for m in range(n):
-                    total += inverse[n * i + m] * stages[n + m, j]
-                for m in range(i):
-                    total += triangle[n * i + m] * stages[2 * n + m, j]
-                change[j] -= total / h
-            solve_stage(kept, triangle[n * i + i] / h, i, change, left)
+            subtract_slopes(scheme, n, state, h, i, stages)
+            solve_stage(kept, diagonal(scheme, n, i, h), i, stages[2 * n + i], left)
         for i in range(n):
             for j in range(state):
                 stages[n + i, j] += stages[2 * n + i, j]
         return OK
-
-    @algorithm
-    def differentiate_stages(
-        numbers: Reals, bodies: Rows[Body], springs: IntRows[2], user_loads: IntRows[3], constraints: Rows[Constraint],
-        w: InOut[Work], p: InOut[Integers], stop: IntVector[1], scheme: Reals, t: Real, h: Real, start: Vector[state],
-        kept: InOut[Kept], stages: InOut[Rows[state]], x: InOut[Vector[state]], end: InOut[Vector[state]],
-    ) -> Int:  # fmt: skip
-        """The systems of all stages where they are now; a status. What x and end hold is lost."""
-        n = p.stages
-        status = OK
-        for i in range(n):
-            for j in range(state):
-                end[j] = start[j] + stages[n + i, j]
-            if status == OK:
-                status = find_jacobian(
-                    numbers, bodies, springs, user_loads, constraints, w, p, stop, t + scheme[i] * h, end, i, kept, x,
-                    stages[3 * n + 2], stages[3 * n + 3],
-                )  # fmt: skip
-        kept.has_jacobian = 2.0
-        kept.factored_step = 0.0
-        return int(status)
-
-    @algorithm
-    def factor_stages(p: Integers, scheme: Reals, h: Real, kept: InOut[Kept]) -> None:
-        """Their factors for a step of a length."""
-        n = p.stages
-        if kept.factored_step != h:
-            for i in range(n):
-                factor_stage(scheme[2 * n + n * n + n * i + i] / h, i, kept)
-            kept.factored_step = h
 
     @algorithm
     def solve_stages(
@@ -329,11 +151,8 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
     ) -> tuple[Int, Int]:  # fmt: skip
         """Solve the equations of a step; a status, and the number of iterations, 0 where they do not converge."""
         n = p.stages
-        most = ITERATIONS + MORE_ITERATIONS * (n - 3)
-        last = INFINITY
-        rate = max(kept.rate, LEAST_RATE)
-        worse = 0
-        for i in range(most):
+        begin_iterations(kept.iteration)
+        for i in range(most_iterations(n)):
             status = improve_stages(
                 numbers, bodies, springs, user_loads, constraints, w, p, stop, scheme, t, h, start, kept, stages, x
             )
@@ -345,22 +164,12 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
             for m in range(n):
                 square += square_of(bodies, w, start, end, stages[3 * n], stages[2 * n + m])
             change = sqrt(square / (4.0 * float(count * n)))
-            if not change < INFINITY:
+            verdict = judge_iteration(i, change, kept.iteration)
+            if verdict == IS_LOST:
                 return OK, 0
-            if i > 0:
-                rate = change / last
-                kept.rate = rate
-            if change == 0.0 or (rate < 1.0 and rate / (1.0 - rate) * change <= SOLVED):
+            if verdict == IS_SOLVED:
                 return OK, i + 1
-            if change > 0.5 * last and change <= NEARLY_SOLVED:
-                return OK, i + 1
-            if change > last:
-                worse += 1
-            if worse > 2:
-                return OK, 0
-            if change > SLOW * last:
-                kept.turns = TURNS
-            if change > SLOW * last or (i == 0 and kept.turns > 0.0):
+            if verdict == RENEW:
                 status = differentiate_stages(
                     numbers, bodies, springs, user_loads, constraints, w, p, stop, scheme, t, h, start, kept, stages,
                     x, end,
@@ -368,7 +177,6 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
                 if status != OK:
                     return int(status), 0
                 factor_stages(p, scheme, h, kept)
-            last = change
         return OK, 0
 
     @algorithm
@@ -387,15 +195,9 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
         else:
             left = empty(size)
         n = p.stages
-        m = scheme[2 * n + n * n] / h
-        rates = stages[3 * n + 1]
+        m = diagonal(scheme, n, 0, h)
         error = stages[3 * n + 2]
-        for j in range(state):
-            total = 0.0
-            for i in range(n):
-                total += scheme[n + i] * stages[n + i, j]
-            x[j] = m * total
-            error[j] = x[j] + rates[j]
+        estimate_error(scheme, n, state, m, stages, x)
         solve_stage(kept, m, 0, error, left)
         size_of_error = sqrt(square_of(bodies, w, start, end, stages[3 * n], error) / (4.0 * float(count)))
         status = OK
@@ -436,6 +238,7 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
         n = p.stages
         blur = stages[3 * n]
         rates = stages[3 * n + 1]
+        it = kept.iteration
         t = kept.time
         h = kept.next_step
         is_rejected = False
@@ -453,8 +256,8 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
                 h = end_time - t
             if not h > FEWEST_ROUNDINGS * epsilon() * max(abs(t), kept.least_time):
                 return UNDERFLOW
-            guess_stages(scheme, p, h, kept, stages)
-            was_new = kept.has_jacobian == 0.0
+            guess_stages(scheme, n, state, h, kept.dense_step, kept.has_dense, stages)
+            was_new = it.has_jacobian == 0.0
             if was_new:
                 status = differentiate_stages(
                     numbers, bodies, springs, user_loads, constraints, w, p, stop, scheme, t, h, start, kept, stages,
@@ -463,7 +266,7 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
                 if status != OK:
                     return int(status)
             factor_stages(p, scheme, h, kept)
-            find_blur(bodies, w, scheme[2 * n + n * n] / h, kept, blur, left)
+            find_blur(bodies, w, diagonal(scheme, n, 0, h), kept, blur, left)
             status, rounds = solve_stages(
                 numbers, bodies, springs, user_loads, constraints, w, p, stop, scheme, t, h, start, kept, stages, x,
                 end,
@@ -474,8 +277,8 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
                 if was_new:
                     h *= 0.5
                     is_rejected = True
-                kept.has_jacobian = 0.0  # what they have come to is no place to differentiate at
-                kept.rate = 0.0
+                it.has_jacobian = 0.0  # what they have come to is no place to differentiate at
+                it.rate = 0.0
                 continue
             is_careful = 1 if is_rejected or kept.has_dense == 0.0 else 0
             status, error = error_of_step(
@@ -485,34 +288,18 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
             if status != OK:
                 return int(status)
             if not error < INFINITY:
-                kept.has_jacobian = 0.0
+                it.has_jacobian = 0.0
                 h /= 10.0
                 is_rejected = True
                 continue
-            most = ITERATIONS + MORE_ITERATIONS * (n - 3)
-            caution = SAFETY * float(2 * most + 1) / float(2 * most + rounds)
-            change = MOST_CHANGE
-            if error > 0.0:
-                change = caution * exp(-log(error) / float(p.method_order))
-            change = min(max(change, LEAST_CHANGE), MOST_CHANGE)
+            change, caution = change_of_step(error, n, rounds, p.method_order)
             if error < 1.0:
                 break
             h *= change
-            kept.has_jacobian = 0.0
+            it.has_jacobian = 0.0
             is_rejected = True
-        if kept.last_step > 0.0 and error > 0.0:
-            ratio = error * error / kept.last_error
-            predicted = caution * h / kept.last_step * exp(-log(ratio) / float(p.method_order))
-            change = max(min(change, predicted), LEAST_CHANGE)
-        if is_rejected:
-            change = min(change, 1.0)
-        kept.last_step = h
-        kept.last_error = max(error, LEAST_ERROR)
-        kept.turns = max(kept.turns - 1.0, 0.0)
-        kept.has_jacobian = 1.0 if kept.rate < FAST and kept.turns == 0.0 else 0.0
-        if kept.has_jacobian != 0.0 and change >= KEPT_FROM and change <= KEPT_TO:
-            change = 1.0
-        kept.next_step = h * change
+        rejected = 1 if is_rejected else 0
+        kept.next_step = accept_step(h, error, p.method_order, change, caution, rejected, it)
         for i in range(n):
             for j in range(state):
                 stages[i, j] = stages[n + i, j]
@@ -535,7 +322,7 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
         """The state at a time within the last step, on the polynomial of its stages; a status."""
         weights = empty(MOST_STAGES)
         phi = empty(6)
-        lagrange(scheme, p, (t - kept.dense_time) / kept.dense_step, weights)
+        lagrange(scheme, p.stages, (t - kept.dense_time) / kept.dense_step, weights)
         for b in range(count):
             for j in range(6):
                 phi[j] = 0.0
