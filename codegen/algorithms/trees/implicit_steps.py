@@ -65,11 +65,10 @@ def implicit_step_algorithms(closing: ClosingAlgorithms, explicit: StepAlgorithm
 
     @algorithm
     def find_rounding(
-        joints: Rows[Joint], joint_laws: Rows[JointLaw], options: Options, state: Reals, work: Rows[LinkWork],
-        rounding: InOut[Reals],
+        joint_laws: Rows[JointLaw], options: Options, state: Reals, work: Rows[LinkWork], rounding: InOut[Reals],
     ) -> None:  # fmt: skip
         """Rounding of accelerations that were found at a state, also of what is subtracted in the laws of joints."""
-        n = len(joints)
+        n = len(joint_laws)
         for j in range(n):
             lost = 0.0
             if options.joint_laws != 0:
@@ -220,7 +219,7 @@ def implicit_step_algorithms(closing: ClosingAlgorithms, explicit: StepAlgorithm
             places, firsts, gravity, options, options.poses, references, state, work, acting, row_work, matrix,
             stages, blur + size,
         )  # fmt: skip
-        find_rounding(joints, joint_laws, options, state, work, fresh)
+        find_rounding(joint_laws, options, state, work, fresh)
         while True:
             if not t + h * ALMOST < end_time:
                 h = end_time - t

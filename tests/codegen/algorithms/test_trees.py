@@ -19,6 +19,7 @@ from bladesmith.codegen.build import extension
 from bladesmith.codegen.build.cpu_features import has_wide_vectors
 from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
 from bladesmith.codegen.language import Ints, Out, Reals, Rows, Vector
+from bladesmith.codegen.programs.tree_motion import tree_motion_program
 from bladesmith.codegen.programs.trees import CLASSES, SHARED, algorithms_of, tree_extension, tree_function
 from bladesmith.codegen.targets.c.instances import BY_TAG
 from bladesmith.kinematics.trees.driver import TreeDriver, TreeParameters
@@ -128,7 +129,16 @@ def test_numba_has_the_bits_of_c(has_frames):
 @pytest.mark.parametrize("name", SHARED)
 @pytest.mark.parametrize(("room", "has_frames"), [(CLASSES[0], False), (CLASSES[-1], True)])
 def test_the_text_compiles_without_a_warning(name: str, room: int, has_frames: bool, tmp_path: Path) -> None:
-    made, _ = tree_extension("pga3d", room, name, has_frames=has_frames)
+    assert_clean(tree_extension("pga3d", room, name, has_frames=has_frames)[0], tmp_path)
+
+
+@pytest.mark.compiles
+@pytest.mark.parametrize("is_implicit", [False, True])
+def test_the_text_of_motions_compiles_without_a_warning(is_implicit: bool, tmp_path: Path) -> None:
+    assert_clean(tree_motion_program("pga3d", is_implicit).extension(), tmp_path)
+
+
+def assert_clean(made: Any, tmp_path: Path) -> None:
     (tmp_path / "kernels.c").write_text(made.source)
     for header, text in made.headers.items():
         (tmp_path / header).write_text(text)

@@ -250,7 +250,7 @@ def test_what_is_no_tree() -> None:
 @pytest.mark.compiles
 def test_numba_has_the_bits_of_c() -> None:
     pytest.importorskip("numba")
-    assert_same_bits("numba", "auto")  # implicit steps have these bits too, after ten minutes of compilation
+    assert_same_bits("numba", "auto")  # implicit steps have these bits too, after minutes of compilation
 
 
 @pytest.mark.gpu
