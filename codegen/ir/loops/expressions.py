@@ -225,7 +225,7 @@ class ExpressionReader(ElementReader):
             self.refuse(
                 node,
                 f"{ast.unparse(node.func)} cannot be called in an algorithm",
-                f"Call algorithms, kernels, or one of {known} (of bladesmith.codegen.algorithms).",
+                f"Call algorithms, kernels, or one of {known} (of bladesmith.codegen.language).",
             )
         if len(node.args) != len(types):
             self.refuse(node, f"{name} takes {len(types)} numbers", "Give it as many.")
