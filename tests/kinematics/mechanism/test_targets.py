@@ -14,7 +14,8 @@ from ...support.kinematics import STEWART, FourBar, four_bar, stewart
 
 
 def bars(target):
-    made = four_bar(FourBar().places(0.8))
+    """In the algebra whose text is half as long; CGA's is tried by `project/test_ziglang.py`."""
+    made = four_bar(FourBar().places(0.8), pga3d)
     m = kin.Mechanism(made.bodies, made.fixed, target=target)
     for joint, name in zip(made.joints, made.joint_names, strict=True):
         m.add(joint, name)
