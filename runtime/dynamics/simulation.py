@@ -271,7 +271,7 @@ class Simulation:
         Raises
         ------
         InputError
-            If the system is not a tree of joints, has balls, or is a batch.
+            If the system is not one of joints with coordinates, or is a batch.
         """
         problem = self._choice.problem(is_needed=True)
         assert isinstance(problem, TreeProblem) and self.system is not None

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.errors import InputError, SimulationError
-from ...common.validation import as_instance, real_array
+from ...common.validation import as_float, as_instance, broadcast_to, finite_array, real_array
 from ...mechanics.system import System
 from ..integration.driver import NOT_FINITE
+from .balls import BallStates
 from .problem import TreeProblem
 
 Array = NDArray[Any]
@@ -24,14 +25,16 @@ class JointState:
     Attributes
     ----------
     q, qd : array (n,)
-        In the order of the joints, and of their freedoms.
+        In the order of the joints, and of their freedoms, as `Trajectory.coordinates` and `rates` have them: of what
+        turns about a point, the rotation vector since the start and the angular velocity along the second body's axes.
+        A root that floats comes first: path and velocity of its center of mass along the world's axes, then the same.
     time : float
     """
 
-    __slots__ = ("q", "qd", "time")
+    __slots__ = ("_balls", "q", "qd", "time")
 
-    def __init__(self, q: Array, qd: Array, time: float = 0.0) -> None:
-        self.q, self.qd, self.time = q, qd, time
+    def __init__(self, q: Array, qd: Array, time: float = 0.0, _balls: tuple[Array, Array] | None = None) -> None:
+        self.q, self.qd, self.time, self._balls = q, qd, time, _balls
 
     def __repr__(self) -> str:
         return f"<JointState at t = {self.time:.6g}: q = {self.q}, qd = {self.qd}>"
@@ -46,16 +49,18 @@ class Stepper:
         The simulation's own.
     dt : float
     names : tuple of str
-        Of the joints, one for each coordinate.
+        Of the joints, one for each coordinate; of a root that floats, that of its body.
     """
 
     def __init__(self, problem: TreeProblem, system: System, dt: float, substeps: int) -> None:
         tree = problem.tree
-        if (tree.balls != -1).any():
-            raise InputError(
-                "a stepper is for joints with coordinates, and something turns about a point.",
-                remedy="Hold the root, and take revolute joints in place of spherical ones",
-            )
+        for joint in tree.joints:
+            if joint.is_reversed and joint.freedoms.is_ball:
+                raise InputError(
+                    f"a stepper is for joints that turn about a point from the nearer body to the further one, and "
+                    f"{system.joints[joint.index].label} names them the other way round.",
+                    remedy="Give the joint its bodies in the order from the root",
+                )
         if problem.assembly.batched:
             raise InputError("a stepper is of one simulation, not of a batch.")
         driver = problem.with_fixed_steps().driver((dt, dt / substeps, RTOL if problem.is_implicit else None, None))
@@ -63,14 +68,17 @@ class Stepper:
         joints = sorted(tree.joints, key=lambda joint: joint.index)
         ranges = [range(j.first, j.first + len(j.freedoms.axes)) for j in joints]
         order = [k for j, each in zip(joints, ranges, strict=True) for k in (each[::-1] if j.is_reversed else each)]
-        names = system.joint_names or [f"joint_{i}" for i in range(len(system.joints))]
-        self.names = tuple(names[j.index] for j, each in zip(joints, ranges, strict=True) for _ in each)
+        names = [*(system.joint_names or [f"joint_{i}" for i in range(len(system.joints))])]
+        bodies = list(system.bodies)
+        own_names = [bodies[j.body] if j.index < 0 else names[j.index] for j in joints]
+        self.names = tuple(name for name, each in zip(own_names, ranges, strict=True) for _ in each)
         self._order = None if order == list(range(n)) else np.array(order)
-        starts = [system.joint_coordinates[j.index] for j in joints]
+        starts = [0.0 if j.index < 0 else system.joint_coordinates[j.index] for j in joints]
         self._zero = np.repeat(starts, [len(each) for each in ranges])
         memory, own = driver.own_memory(), driver.parameters.each
         self._constant = own["torques"][0].copy() if own["torques"].any() else None
         self._shape, self._state, self._torques = (n,), memory["state"][0], np.zeros(n)
+        self._balls = BallStates(tree, memory["references"][0]) if (tree.balls >= 0).any() else None
         start = self._state.copy()
         arguments = {**driver.shared(), "h": dt / substeps, "count": substeps}
         arguments |= {name: x[0] for name, x in {**own, **memory}.items()}
@@ -80,9 +88,16 @@ class Stepper:
         self.start = self._read(start, 0.0)
 
     def state(self, q: ArrayLike, qd: ArrayLike = 0.0, time: float = 0.0) -> JointState:
-        """A state from arrays (n,), or a number for all."""
-        own = [np.array(np.broadcast_to(real_array(x, n), self._shape), np.float64) for x, n in ((q, "q"), (qd, "qd"))]
-        return JointState(own[0], own[1], float(time))
+        """A state from arrays (n,), or a number for all.
+
+        Raises
+        ------
+        InputError, ShapeError
+            If a number is not finite, or an array has another shape.
+        """
+        given = ((finite_array(x, name), name) for x, name in ((q, "q"), (qd, "qd")))
+        own = [np.array(broadcast_to(x, self._shape, name), np.float64) for x, name in given]
+        return JointState(own[0], own[1], as_float(time, "time"))
 
     def __call__(self, state: JointState, torques: ArrayLike) -> JointState:
         """The state a step later, under torques (n,) that stay as they are for its time.
@@ -105,6 +120,8 @@ class Stepper:
             own[n:], self._torques[...] = qd, torques
         else:
             own[order], own[n + order], self._torques[order] = q - self._zero, qd, torques
+        if self._balls is not None:
+            self._balls.write(own, state._balls)
         if self._constant is not None:
             self._torques += self._constant
         self._run(0, 1)
@@ -120,6 +137,7 @@ class Stepper:
 
     def _read(self, own: Array, time: float) -> JointState:
         n, order = self._shape[0], self._order
+        balls = self._balls.read(own) if self._balls is not None else None
         if order is None:
-            return JointState(own[:n] + self._zero, own[n:].copy(), time)
-        return JointState(own[order] + self._zero, own[n + order], time)
+            return JointState(own[:n] + self._zero, own[n:].copy(), time, balls)
+        return JointState(own[order] + self._zero, own[n + order], time, balls)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 import bladesmith as bs
 from bladesmith import dynamics, kinematics
@@ -161,8 +162,66 @@ def test_steps() -> None:
     assert np.array_equal(again(again.start, torques).q, stepper(stepper.start, torques).q)
 
 
+def floating(algebra: Any = CGA) -> dynamics.System:
+    """A body that floats, one that turns about a point of it, and a hinge on that."""
+    turned = Rotation.from_rotvec([0.3, -0.4, 0.2]).as_matrix()
+    places = (0.1, 0.2, 0.3), (0.6, 0.2, 0.3), (1.2, 0.4, 0.3)
+    own = {"velocity": (0.1, 0.2, -0.3), "algebra": algebra}
+    bodies = {
+        "trunk": dynamics.RigidBody(5.0, (0.3, 0.2, 0.4), places[0], turned, **own),
+        "thigh": dynamics.RigidBody(2.0, (0.1, 0.2, 0.15), places[1], turned.T, **own),
+        "shank": dynamics.RigidBody(1.0, (0.05, 0.1, 0.1), places[2], **own),
+    }
+    knee = algebra.line((0.9, 0.3, 0.3), (0, 1.0, 0.2)), algebra.point((0.9, 0.3, 0.3))
+    joints = [
+        kinematics.Revolute("shank", "thigh", *knee),
+        kinematics.Spherical("trunk", "thigh", algebra.point((0.35, 0.2, 0.3))),
+    ]
+    return dynamics.System(bodies, joints, joint_names=["knee", "hip"])
+
+
+@pytest.mark.parametrize("algebra", [CGA, bs.pga3d], ids=["cga", "pga"])
+def test_steps_of_what_floats_and_turns_about_points(algebra: Any) -> None:
+    """Equal to a run under the same loads, whether states are handed back or made anew from their numbers."""
+    push = dynamics.JointTorque("knee", 0.7)
+    exact = dynamics.Simulation(floating(algebra), [DOWN, push]).run(1.0, times=[1.0])
+    stepper = dynamics.Simulation(floating(algebra), [DOWN]).stepper(1e-3)
+    assert stepper.names == ("trunk",) * 6 + ("knee",) + ("hip",) * 3
+    pushed = 0.7 * (np.arange(10) == 6)
+    state = other = stepper.start
+    for _ in range(1000):
+        state = stepper(state, pushed)
+        other = stepper(stepper.state(other.q, other.qd, other.time), pushed)
+    assert np.abs(other.q - state.q).max() < 1e-12
+    trunk, body = exact["trunk"], floating().bodies["trunk"]
+    turned = Rotation.from_matrix(trunk.orientation[-1] @ body.rotation.T).as_rotvec()
+    joints = [np.atleast_1d(exact.coordinates(name)[-1]) for name in ("knee", "hip")]
+    assert np.abs(state.q - np.concatenate([trunk.position[-1] - body.position, turned, *joints])).max() < 1e-9
+    assert np.abs(state.qd[:3] - trunk.velocity[-1]).max() < 1e-9
+    rates = np.concatenate([np.atleast_1d(exact.rates(name)[-1]) for name in ("knee", "hip")])
+    assert np.abs(state.qd[6:] - rates).max() < 1e-9 and np.abs(rates).min() > 0.1
+
+
+def test_torques_of_balls_are_along_the_axes_of_their_speeds() -> None:
+    """A damper in the loop is a damper among the loads."""
+    push = dynamics.JointTorque("knee", 2.0)
+    damped = dynamics.Simulation(floating(), [push, dynamics.JointDamper("hip", 0.5)]).run(0.5, times=[0.5])
+    stepper = dynamics.Simulation(floating(), [push]).stepper(2e-4)
+    state = stepper.start
+    for _ in range(2500):
+        state = stepper(state, np.concatenate([np.zeros(7), -0.5 * state.qd[7:]]))
+    free = dynamics.Simulation(floating(), [push]).run(0.5, times=[0.5])
+    ends = [run.coordinates("hip")[-1] for run in (damped, free)]
+    assert np.abs(state.q[7:] - ends[0]).max() < 1e-3 * np.abs(ends[1] - ends[0]).max()
+
+
 def test_what_steppers_refuse() -> None:
     stepper = dynamics.Simulation(pendulum(), [DOWN]).stepper(1e-3)
+    for q, reason in ((np.inf, "q is inf"), ([1.0, 2.0], "does not broadcast")):
+        with pytest.raises(InputError, match=reason):
+            stepper.state(q)
+    with pytest.raises(InputError, match="state"):
+        stepper((stepper.start.q, stepper.start.qd), [0.0])  # type: ignore[arg-type]
     assert stepper.start.q.tolist() == [START]
     with pytest.raises(ShapeError, match="torques"):
         stepper(stepper.start, np.zeros(2))
@@ -170,9 +229,9 @@ def test_what_steppers_refuse() -> None:
         stepper(stepper.start, np.array([np.nan]))
     assert np.isfinite(stepper(stepper.start, np.zeros(1)).q).all()
     body = dynamics.RigidBody(1.0, (1, 1, 1))
-    ball = dynamics.System({"a": body}, [kinematics.Spherical("base", "a", CGA.point((0, 0, 0)))])
+    ball = dynamics.System({"a": body}, [kinematics.Spherical("a", "base", CGA.point((0, 0, 0)))])
     for simulation, reason in (
-        (dynamics.Simulation(ball), "turns about a point"),
+        (dynamics.Simulation(ball), "names them the other way round"),
         (dynamics.Simulation(pendulum(mass=np.ones(2))), "not of a batch"),
         (dynamics.Simulation(body), "a stepper is for systems .*: there are no joints"),
     ):
