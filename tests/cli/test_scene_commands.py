@@ -19,6 +19,7 @@ def path(tmp_path):
 
 
 def test_a_page_never_takes_the_place_of_its_scene(path, capsys):
+    path = path.rename(path.with_suffix(".html"))
     before = path.read_bytes()
     assert run(["view", str(path), "-o", str(path)]) == 2
     assert "the place of the scene file" in capsys.readouterr().err and path.read_bytes() == before

@@ -13,7 +13,7 @@ import bladesmith as bs
 from bladesmith import dynamics, kinematics
 from bladesmith.errors import SimulationError
 
-from ...oracles.double_pendulum import MASS, MOMENT, double_pendulum
+from ...oracles.motions.double_pendulum import MASS, MOMENT, double_pendulum
 from .test_trees import loads, mixed
 
 CGA, PGA = bs.cga3d, bs.pga3d

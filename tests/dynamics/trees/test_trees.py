@@ -15,7 +15,7 @@ from bladesmith import dynamics, kinematics
 from bladesmith.dynamics.integration.program import tree_loops
 from bladesmith.errors import InputError
 
-from ...oracles.double_pendulum import HALF, MASS, MOMENT, double_pendulum
+from ...oracles.motions.double_pendulum import HALF, MASS, MOMENT, double_pendulum
 from ...support import cuda
 from ...support.mechanisms.robots import needs_robots, real_robots
 
