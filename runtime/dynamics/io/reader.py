@@ -136,6 +136,8 @@ class _Reader(BodyReader):
                 anchor = self.position(table.anchor, (*path, "anchor"), other)
                 numbers = (table.stiffness, table.length, table.damping)
                 return self.document.build(path, partial(loads.Spring, point, anchor, *numbers, owner.table.name, name))
+            case parts.JointLoadTable():
+                return self._joint_load(table, path)
             case _:
                 owner = self.owner(table, path)
                 law: Any = parts.LAW_TABLES[type(table)]
@@ -143,6 +145,18 @@ class _Reader(BodyReader):
                 names = {"body": owner.table.name, "other": self.other(table, path)[0]}
                 built: loads.Load = self.document.build(path, partial(law, **values, **names))
                 return built
+
+    def _joint_load(self, table: parts.JointLoadTable, path: KeyPath) -> loads.Load:
+        """A load on the joint of a name."""
+        names = [joint.name for joint in self.table.joints]
+        if names.count(table.joint) != 1:
+            where = (*path, "joint")
+            self.one_of(table.joint, [name for name in names if name is not None], where, "a joint")
+            raise self.document.error(where, f"is {table.joint!r}, the name of several joints")
+        values = {name: x for name, x in table if name not in ("kind", "joint")}
+        load: Any = parts.JOINT_TABLES[type(table)]
+        built: loads.Load = self.document.build(path, partial(load, names.index(table.joint), **values))
+        return built
 
     def _wrench(self, table: parts.WrenchTable, owner: BodyEntry | None, path: KeyPath) -> Multivector:
         """A force and a couple together; in a body's frame, forces pass through its center by default."""
@@ -185,7 +199,9 @@ class _Reader(BodyReader):
         if run.baumgarte is not None:
             options["baumgarte"] = run.baumgarte
         between = [self.joint(x, ("joints", i), [*self.bodies, WORLD]) for i, x in enumerate(self.table.joints)]
-        system = System({name: entry.body for name, entry in self.bodies.items()}, between, WORLD)
+        names = [joint.name or f"joint_{i + 1}" for i, joint in enumerate(self.table.joints)]
+        named = {"joint_names": names} if len(set(names)) == len(names) else {}
+        system = System({name: entry.body for name, entry in self.bodies.items()}, between, WORLD, **named)
         return self.document.build(("simulation",), partial(Simulation, system, load_list, constraint_list, **options))
 
     def _times(self) -> Array:

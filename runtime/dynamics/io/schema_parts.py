@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import MISSING, fields
 from functools import reduce
 from operator import or_
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -9,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, create_model, model_validator
 
 from ...common.documents import Table
-from ...mechanics.io.fields import Name, NotNegative, Place, Vector, present_keys
+from ...mechanics.io.fields import Name, NotNegative, Number, Place, Vector, present_keys
 from ...mechanics.io.geometry import AnyObject, CircleTable, LineTable, PlaneTable, SphereTable
+from ..model.joint_loads import JointDamper, JointFriction, JointLimit, JointLoad, JointSpring, JointTorque
 from ..model.loads import BODY_LAWS, BodyLaw
 
 # -- loads -----------------------------------------------------------------------------------------------------
@@ -85,10 +88,34 @@ def _law_table(law: type[BodyLaw]) -> type[OnBodyTable]:
 #: Tables of laws of loads, and what they are of.
 LAW_TABLES = {_law_table(law): law for law in BODY_LAWS}
 
+
+class JointLoadTable(Table):
+    """Part of a load on a joint, by the joint's name."""
+
+    joint: Name
+    freedom: Annotated[int, Field(ge=0, le=5)] = 0
+
+
+def _joint_table(load: type[JointLoad]) -> type[JointLoadTable]:
+    """The table of a load on a joint: its numbers and their defaults; limits that are left out are none."""
+    limits = {"lower": -math.inf, "upper": math.inf}
+    numbers: dict[str, Any] = {}
+    for each in fields(load):  # type: ignore[arg-type]
+        if each.name not in JointLoadTable.model_fields:
+            default = limits.get(each.name, ... if each.default is MISSING else float(each.default))
+            numbers[each.name] = (Number, default)
+    name, text = f"{load.__name__}Table", (load.__doc__ or "").partition("\n")[0]
+    kind: Any = Literal[f"joint_{load.__name__.removeprefix('Joint').lower()}"]
+    return create_model(name, __base__=JointLoadTable, __doc__=text, kind=(kind, ...), **numbers)
+
+
+#: The same of loads on joints.
+JOINT_TABLES = {_joint_table(load): load for load in (JointTorque, JointSpring, JointDamper, JointFriction, JointLimit)}
+
 if TYPE_CHECKING:
-    AnyLoad = GravityTable | WorldWrenchTable | BodyWrenchTable | SpringTable | OnBodyTable
+    AnyLoad = GravityTable | WorldWrenchTable | BodyWrenchTable | SpringTable | OnBodyTable | JointLoadTable
 else:
-    _TABLES = (GravityTable, WorldWrenchTable, BodyWrenchTable, SpringTable, *LAW_TABLES)
+    _TABLES = (GravityTable, WorldWrenchTable, BodyWrenchTable, SpringTable, *LAW_TABLES, *JOINT_TABLES)
     AnyLoad = Annotated[reduce(or_, _TABLES), Field(discriminator="kind")]
 
 

@@ -13,6 +13,7 @@ from bladesmith.errors import InputError
 from ...support.dynamics.documents import BODY, EXAMPLES, GRAVITY, HOSTILE, RUN, read
 
 PIN = '[[constraints]]\nkind = "pin"\n'
+HINGE = '[[joints]]\nkind = "revolute"\nname = "elbow"\na = "base"\nb = "body"\npoint = [0, 0, 1]\naxis = [1, 0, 0]\n'
 FAULTS = [
     ("", "simulation is missing"),
     (RUN, "has no body. Describe one under [body]"),
@@ -51,6 +52,16 @@ FAULTS = [
     (BODY + "[[loads]]\nkind = \"gravty\"" + RUN, "line 7: loads[0].kind is \"gravty\"; did you mean 'gravity'?"),
     (BODY + "[[loads]]\nforce = [1, 0, 0]" + RUN, "line 6: loads[0] has no kind, which says what it is"),
     (BODY + '[[loads]]\nkind = "body_wrench"' + RUN, "loads[0]: has neither force nor couple; one is needed"),
+    (BODY + HINGE + '[[loads]]\nkind = "joint_torque"\njoint = "elbo"\ntorque = 1' + RUN,
+     "loads[0].joint is 'elbo', which is not a joint (did you mean 'elbow'?); there are: elbow"),
+    (BODY + HINGE + HINGE + '[[loads]]\nkind = "joint_torque"\njoint = "elbow"\ntorque = 1' + RUN,
+     "loads[0].joint is 'elbow', the name of several joints"),
+    (BODY + HINGE + '[[loads]]\nkind = "joint_spring"\njoint = "elbow"' + RUN, "loads[0] has no stiffness, which is required"),
+    (BODY + HINGE + '[[loads]]\nkind = "joint_damper"\njoint = "elbow"\ndamping = -1' + RUN,
+     "loads[0] is refused: the damping of a JointDamper"),
+    (BODY + HINGE + '[[loads]]\nkind = "joint_torque"\njoint = "elbow"\ntorque = nan' + RUN, "numbers are finite"),
+    (BODY + HINGE + '[[loads]]\nkind = "joint_torque"\njoint = "elbow"\ntorque = 1\nfreedom = 1' + RUN,
+     "has 1 freedoms, and none has the number 1"),
     (BODY + '[[loads]]\nkind = "world_wrench"\ncouple = [1, 0, 0]\npoint = [0, 0, 0]' + RUN,
      "loads[0]: a point goes with a force"),
     (BODY + '[[loads]]\nkind = "world_wrench"\nforce = [1, 0, 0]\npoint = "tip"' + RUN,

@@ -238,6 +238,29 @@ def test_joints_leave_their_mobility(kind, algebra, tmp_path):
     assert rank == 6 - mobility
 
 
+@pytest.mark.compiles
+def test_loads_of_joints_are_those_of_their_classes(tmp_path):
+    """Of a joint with two freedoms, by its name."""
+    tables = {
+        "joint_torque": "torque = 0.5, freedom = 1", "joint_spring": "stiffness = 3.0, rest = 0.2, damping = 0.1",
+        "joint_damper": "damping = 0.4, freedom = 1", "joint_friction": "friction = 0.3, speed = 0.05",
+        "joint_limit": "upper = 0.01, stiffness = 40.0, freedom = 1",
+    }  # fmt: skip
+    joint = '{ kind = "cylindrical", name = "rod", a = "base", b = "body", point = [0, 0, 1], axis = [1, 2, 0] }'
+    loads = ", ".join(f'{{ kind = "{kind}", joint = "rod", {keys} }}' for kind, keys in tables.items())
+    found = read(tmp_path, f"joints = [{joint}]\nloads = [{loads}]\n{BODY}{RUN}times = [0.05, 0.1]")
+    expected = [
+        dynamics.JointTorque(0, 0.5, 1), dynamics.JointSpring(0, 3.0, 0.2, 0.1), dynamics.JointDamper(0, 0.4, 1),
+        dynamics.JointFriction(0, 0.3, 0.05), dynamics.JointLimit(0, -np.inf, 0.01, 40.0, freedom=1),
+    ]  # fmt: skip
+    assert [repr(load) for load in found.simulation.loads] == [repr(load) for load in expected]
+    ends = [
+        dynamics.Simulation(found.simulation.system, loads).run(0.1, times=[0.1]).coordinates("rod")[-1]
+        for loads in (expected, expected[:1])
+    ]
+    assert np.array_equal(found.run().coordinates("rod")[-1], ends[0]) and np.abs(ends[0] - ends[1]).min() > 1e-6
+
+
 def test_stored_times_and_options(tmp_path):
     setup = read(
         tmp_path,

@@ -156,6 +156,61 @@ def by_scipy(inputs: Network, setting: float | None, *, method: str) -> Array | 
     return None if rtol is None else _solved(inputs, method=method, rtol=rtol, atol=1e-2 * rtol)
 
 
+def by_heyoka(inputs: Network, setting: float | None) -> Array | None:
+    """The same by explicit Taylor series, compiled by LLVM; making them is timed, as that of ours is."""
+    import heyoka
+
+    rtol, n = inputs.tolerance(setting), inputs.starts.size
+    if rtol is None or inputs.explicit_steps > MOST_STEPS:
+        return None
+    names = heyoka.make_vars(*(f"{name}{i}" for name in "xv" for i in range(n)))
+    position, velocity = (np.array(x, object).reshape(-1, 3) for x in (names[:n], names[n:]))
+    force = (inputs.masses[:, None] * GRAVITY).astype(object)
+    for a, b in inputs.ends:
+        along, rate = (x[a] - (x[b] if b != WORLD else 0.0) for x in (position, velocity))
+        length = heyoka.sqrt(along @ along)
+        pull = (inputs.stiffness * (length - inputs.length) + inputs.damping * (along @ rate) / length) / length * along
+        force[a] -= pull
+        if b != WORLD:
+            force[b] += pull
+    rates = [*velocity.ravel(), *(force / inputs.masses[:, None]).ravel()]
+    start = [*inputs.starts.ravel(), *np.zeros(n)]
+    integrator = heyoka.taylor_adaptive(list(zip(names, rates, strict=True)), start, tol=rtol)
+    integrator.propagate_until(inputs.duration)
+    return np.array(integrator.state[:n]).reshape(1, -1, 3)
+
+
+def by_mujoco(inputs: Network, setting: float | None) -> Array | None:
+    """The same by MuJoCo's steps of one size, implicit in the dampers and explicit in the springs."""
+    import mujoco
+
+    if inputs.rtol is not None:  # it has no tolerance to be swept at
+        return None
+    step = setting or 1e-3
+    slides = "".join(f"<joint type='slide' axis='{axis}'/>" for axis in ("1 0 0", "0 1 0", "0 0 1"))
+    offsets = np.diff(inputs.starts, axis=0, prepend=0.0).tolist()
+    bodies = "".join(  # each in the one before, or implicit steps leave out what couples them
+        f"<body pos='{x} {y} {z}'><inertial pos='0 0 0' mass='{m!r}' diaginertia='{m!r} {m!r} {m!r}'/>"
+        f"{slides}<site name='s{i}'/>"
+        for i, (m, (x, y, z)) in enumerate(zip(inputs.masses.tolist(), offsets, strict=True))
+    )
+    bodies += "</body>" * len(inputs.masses)
+    law = f"stiffness='{inputs.stiffness!r}' damping='{float(inputs.damping)!r}' springlength='{inputs.length!r}'"
+    springs = "".join(
+        f"<spatial {law}><site site='s{a}'/><site site='{'world' if b == WORLD else f's{b}'}'/></spatial>"
+        for a, b in inputs.ends
+    )
+    gravity = " ".join(map(str, GRAVITY))
+    text = (
+        f"<mujoco><option timestep='{step!r}' integrator='implicit' gravity='{gravity}'/>"
+        f"<worldbody><site name='world'/>{bodies}</worldbody><tendon>{springs}</tendon></mujoco>"
+    )
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, round(inputs.duration / step))
+    return np.array(data.xpos[1:]).reshape(1, -1, 3)
+
+
 def truth(inputs: Network) -> Array:
     """By SciPy's Radau, to 1e-12."""
     found = _solved(inputs, **EXACT)
@@ -189,6 +244,8 @@ STUDY = Study(
             Method(f"SciPy {name}", partial(by_scipy, method=name), "rtol", (None, *TOLERANCES[:-1]), repeats=1)
             for name in ("Radau", "BDF")
         ),
+        Method("heyoka", by_heyoka, "rtol", (None, *TOLERANCES), repeats=1, requires="heyoka"),
+        Method("MuJoCo", by_mujoco, "step", (None, 1e-3, 1e-4, 1e-5), repeats=1, requires="mujoco"),
     ),
     cases=(
         Case("pendulum on 1e6 N/m, damping ratio 10", partial(pendulum, stiffness=1e6, rtol=None), "stiff"),
@@ -202,5 +259,6 @@ STUDY = Study(
     count=1,
     source="Hairer and Wanner, Solving Ordinary Differential Equations II",
     notes="A point is a whole motion; in the second picture all have one tolerance, 1e-6. SciPy's methods have the "
-    "exact derivatives of the forces. Adaptive steps are explicit, and left out where they would be very many.",
+    "exact derivatives of the forces. Adaptive steps and heyoka's are explicit, and left out where they would be very "
+    "many; MuJoCo's have one size, implicit in dampers alone.",
 )  # fmt: skip
