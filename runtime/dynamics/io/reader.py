@@ -200,8 +200,8 @@ class _Reader(BodyReader):
             options["baumgarte"] = run.baumgarte
         between = [self.joint(x, ("joints", i), [*self.bodies, WORLD]) for i, x in enumerate(self.table.joints)]
         names = [joint.name or f"joint_{i + 1}" for i, joint in enumerate(self.table.joints)]
-        named = {"joint_names": names} if len(set(names)) == len(names) else {}
-        system = System({name: entry.body for name, entry in self.bodies.items()}, between, WORLD, **named)
+        known = names if len(set(names)) == len(names) else ()
+        system = System({name: entry.body for name, entry in self.bodies.items()}, between, WORLD, joint_names=known)
         return self.document.build(("simulation",), partial(Simulation, system, load_list, constraint_list, **options))
 
     def _times(self) -> Array:
