@@ -6,6 +6,7 @@ A file says which algebra its coefficients belong to by the algebra's metric, ne
 from __future__ import annotations
 
 import os
+import re
 from fractions import Fraction
 from typing import Any
 
@@ -23,6 +24,8 @@ from .multivector import Algebra, Multivector
 FORMAT = 1
 #: What a single multivector is stored under.
 SINGLE = "x"
+#: An entry of a metric as it is written.
+_FRACTION = re.compile(r"-?[0-9]{1,100}(/[0-9]{1,100})?")
 
 
 def save(path: str | os.PathLike[str], *items: Multivector, **named: Multivector) -> None:
@@ -110,4 +113,7 @@ def _algebra(entry: dict[str, Any]) -> Algebra:
 
 
 def _metric(entry: dict[str, Any]) -> list[list[Any]]:
-    return [[Fraction(str(g)) for g in row] for row in entry["metric"]]
+    numbers = [[str(g) for g in row] for row in entry["metric"]]
+    if not all(_FRACTION.fullmatch(number) for row in numbers for number in row):
+        raise ValueError("its metric has other entries than fractions")
+    return [[Fraction(number) for number in row] for row in numbers]
