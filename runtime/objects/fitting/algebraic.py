@@ -88,7 +88,7 @@ def as_sets(points: Any, weights: Any) -> Sets:
     if xyz.ndim < 2 or xyz.shape[-1] != 3 or not xyz.shape[-2]:
         raise ShapeError(f"the points have shape {xyz.shape}; sets of n points have shape (..., n, 3), n at least 1.")
     lead, n = xyz.shape[:-2], xyz.shape[-2]
-    dtype, xyz = xyz.dtype, xyz.astype(float).reshape(-1, n, 3)
+    dtype, xyz = xyz.dtype, xyz.astype(float, order="C").reshape(-1, n, 3)
     weight, usable = _weights(weights, lead, n)
     with np.errstate(all="ignore"):  # nor is a sum of distances beyond the largest number
         valid = np.isfinite((xyz.max((-1, -2)) - xyz.min((-1, -2))) * n) & usable
