@@ -191,7 +191,8 @@ def _with_matrices(x: P, y: P, indices: NDArray[Any]) -> P:
         return y
     solved = by_matrix(x[indices])
     regular = solved.status == Status.OK  # the residual has proved some that the matrix's condition only suspects
-    return _replace_items(y, indices[regular], solved.value[regular])
+    result: P = _replace_items(y, indices[regular], solved.value[regular])
+    return result
 
 
 def by_matrix(x: P) -> FormulaResult:
