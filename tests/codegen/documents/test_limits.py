@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import threading
 import time
@@ -61,9 +62,9 @@ def test_nesting_has_a_limit(text: str) -> None:
 
 def test_the_limit_is_on_keys_alone() -> None:
     long = "a" * 1_000_000
-    for text in (f"# {'a.' * 500}", f'"{long}" = 1', f"{long} = 1", f'x = "{"a" * 900} {"..." * 900}"', "a . b . c = 1"):
-        with pytest.raises(InputError, match="not a known key") if "#" not in text else pytest.raises(InputError):
-            read(text if "#" not in text else text.replace("a.", "a b.") + "\ny = 1")
+    for text in (f'"{long}" = 1', f"{long} = 1", f'x = "{"a" * 900} {"..." * 900}"', "a . b . c = 1"):
+        with pytest.raises(InputError, match="not a known key"):
+            read(text)
     parts = ".".join(["a"] * document.MOST_PARTS)
     with pytest.raises(InputError, match="not a known key"):
         read(f"{parts} = 1")
@@ -103,10 +104,8 @@ def test_pipes_are_read_to_their_end_or_limit(tmp_path: Path) -> None:
 
 
 def write_to(pipe: Path, content: bytes) -> None:
-    try:
+    with contextlib.suppress(BrokenPipeError):
         pipe.write_bytes(content)
-    except BrokenPipeError:
-        pass
 
 
 def test_numbers_of_specs_have_a_limit() -> None:
