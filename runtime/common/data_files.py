@@ -33,6 +33,8 @@ HEADER = "bladesmith"
 MAX_HEADER = 1_000_000
 #: Largest size of a file's arrays as a multiple of the file, beyond a size that is always read, in bytes.
 MAX_RATIO, ALWAYS_UNPACKED = 100, 64_000_000
+#: Characters of another package's message that are repeated.
+LONGEST_REASON = 200
 #: Suffix of an array's name in the file.
 SUFFIX = ".npy"
 #: Readers of the descriptions of arrays, by version.
@@ -87,7 +89,8 @@ def read_npz(
     except BladesmithError as error:
         raise InputError(str(error), where=str(file)) from None
     except Exception as error:  # a damaged archive raises anything: zlib.error, MemoryError, NotImplementedError, ...
-        detail = "" if "pickle" in str(error) else f" ({error})"  # NumPy recommends unsafe loading
+        reason = " ".join(str(error).split())[:LONGEST_REASON]
+        detail = "" if "pickle" in reason else f" ({reason})"  # NumPy recommends unsafe loading
         raise InputError(f"is not a file that {writer}() wrote{detail}.", where=str(file)) from None
 
 

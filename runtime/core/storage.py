@@ -6,13 +6,11 @@ A file says which algebra its coefficients belong to by the algebra's metric, ne
 from __future__ import annotations
 
 import os
-import re
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from ..codegen.algebra.blades import validated_identifier
+from ..codegen.algebra.blades import metric_entry, validated_identifier
 from ..codegen.algebra.loader import STOCK
 from ..codegen.errors import InputError, KindError
 from ..common.data_files import npz_bytes, read_npz
@@ -24,8 +22,6 @@ from .multivector import Algebra, Multivector
 FORMAT = 1
 #: What a single multivector is stored under.
 SINGLE = "x"
-#: An entry of a metric as it is written.
-_FRACTION = re.compile(r"-?[0-9]{1,100}(/[0-9]{1,100})?")
 
 
 def save(path: str | os.PathLike[str], *items: Multivector, **named: Multivector) -> None:
@@ -113,7 +109,4 @@ def _algebra(entry: dict[str, Any]) -> Algebra:
 
 
 def _metric(entry: dict[str, Any]) -> list[list[Any]]:
-    numbers = [[str(g) for g in row] for row in entry["metric"]]
-    if not all(_FRACTION.fullmatch(number) for row in numbers for number in row):
-        raise ValueError("its metric has other entries than fractions")
-    return [[Fraction(number) for number in row] for row in numbers]
+    return [[metric_entry(g) for g in row] for row in entry["metric"]]

@@ -10,9 +10,10 @@ import pytest
 
 import bladesmith as bs
 from bladesmith import dynamics, kinematics
+from bladesmith.codegen.algebra.loader import algebra_from_data
 from bladesmith.common import data_files
 from bladesmith.dynamics.results import trajectory_files
-from bladesmith.errors import InputError
+from bladesmith.errors import InputError, SpecError
 from bladesmith.kinematics.task.joint_trajectory import Motion
 from bladesmith.mechanics.units import Units
 
@@ -177,8 +178,10 @@ def test_metrics_of_files_are_plain_fractions(tmp_path, number):
     header = json.loads(arrays.pop("bladesmith").tobytes())
     header["items"]["x"]["metric"][0][0] = number
     (tmp_path / "x.npz").write_bytes(data_files.npz_bytes(arrays, header))
-    with pytest.raises(InputError, match="is not a file that save"):
+    with pytest.raises(InputError, match="an entry of the metric is"):
         bs.load(tmp_path / "x.npz")
+    with pytest.raises(SpecError, match="an entry of the metric is"):
+        algebra_from_data({"name": "a", "vectors": ["1"], "metric": [["1", "1", number]]})
 
 
 def test_writers_take_the_path_first_and_warn_of_the_old_order(tmp_path, monkeypatch):
