@@ -184,7 +184,7 @@ def test_random_nets(seed, bodies, extra):
 
 def test_free_motions_of_a_long_chain_take_time_for_what_moves_alone(monkeypatch):
     n, asked = 300, []
-    joints = [kin.Revolute(f"l{i}", f"l{i + 1}", cga.line((i, 0, 0), (0, 0, 1))) for i in range(n)]
+    joints = [line_joint(cga, f"l{i}", f"l{i + 1}", (i, 0, 0), (0, 0, 1)) for i in range(n)]
     motions = kin.Mechanism([f"l{i}" for i in range(n + 1)], "l0", joints).free_motions()
     subspace = Loops.joint_subspace
     monkeypatch.setattr(Loops, "joint_subspace", lambda self, body: asked.append(body) or subspace(self, body))
