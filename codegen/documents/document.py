@@ -28,6 +28,8 @@ _SYNTAX = re.compile(r"(?P<what>.*) \(at (?P<where>line \d+, column \d+|end of d
 MOST_PARTS = 64
 _PART = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*"|'[^'\n]*')"""
 _DEEP_KEY = re.compile(rf"(?:{_PART}[ \t]*\.[ \t]*){{{MOST_PARTS}}}")
+#: Characters of a fault's text: it repeats what stands in the file.
+MAX_MESSAGE = 2000
 #: Faults of a file that are explained.
 MOST_FAULTS = 100
 _KEY = re.compile(r"(?P<key>[A-Za-z_]\w*(?:\.[A-Za-z_]\w*|\[\d+\])*):? (?P<rest>.*)", re.DOTALL)
@@ -121,6 +123,9 @@ class Document(Generic[M]):
 
     def _fault(self, line: int | None, what: str, remedy: str | None = None) -> InputError:
         where = f"{self.name}, line {line}" if line else self.name
+        what = "".join(c if c.isprintable() else repr(c)[1:-1] for c in what)  # keys may have line breaks
+        if len(what) > MAX_MESSAGE:
+            what = f"{what[: MAX_MESSAGE // 2]} ... {what[-MAX_MESSAGE // 2 :]}"
         text = what if what.endswith((".", "?")) else what + "."
         return self._error(text, where=where, remedy=remedy)
 

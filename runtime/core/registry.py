@@ -100,7 +100,7 @@ def _load_generated(folder: Path, origin: Callable[..., Algebra], key: str) -> A
     try:
         new = _class_of(manifest["algebra"]["name"]).from_data(manifest["algebra"])
         new.stock = StockKernels(new, folder, manifest)
-    except (BladesmithError, KeyError, TypeError, ValueError, AttributeError) as error:
+    except (BladesmithError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         what = f"an entry is missing or wrong ({one_line(error)})"
         raise SpecError(what, where=str(folder / "manifest.json"), remedy="Run: bladesmith generate") from None
     new.remember(origin, key)

@@ -76,6 +76,13 @@ def test_of_many_faults_some_are_explained() -> None:
         read(text)
 
 
+def test_a_message_is_one_line_of_bounded_length() -> None:
+    for key in ('"ra\\ndius"', f'"{"a" * 10_000}"'):
+        with pytest.raises(InputError) as caught:
+            read(f"{key} = 1")
+        assert "\n" not in str(caught.value) and len(str(caught.value)) < 2100
+
+
 def test_of_a_large_file_no_more_is_read_than_its_limit(tmp_path: Path) -> None:
     path = tmp_path / "large.toml"
     with path.open("wb") as file:
