@@ -17,7 +17,7 @@ from .algebra.blades import shortened_identifier
 from .algebra.multivector import Multivector
 from .compiler import as_written, bind_kernel, optimise_kernel, print_source
 from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
-from .execute.arrays import BoundKernel
+from .execute.arrays import BoundKernel, native_array
 from .ir.graph import Graph
 from .ir.loops.language import runs_as_python
 from .optimise.variants import Operations, Variant
@@ -258,7 +258,7 @@ class KernelFunction(DeclaredFormula):
                 except KindError as error:
                     raise KindError(f"{self.name}: argument {argument}: {error}") from None
             else:
-                arrays.append(np.asarray(value))
+                arrays.append(native_array(value))
         dtypes = {a.dtype for a in arrays}
         if dtypes != {np.dtype(np.float32)}:  # numbers of any type become double, unless everything is single
             floats = {a.dtype for a, k in zip(arrays, self.kinds, strict=True) if not k.is_scalar_argument}

@@ -13,15 +13,30 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
 
-from ..errors import BladeError, SignatureError, suggest
+from ..errors import BladeError, SignatureError, SpecError, one_line, suggest
 
 #: Typed multivectors have at most this many dimensions; a blade is a bit mask of basis vectors.
 MAX_DIMENSION = 15
 #: Letters of a name at most, and of the digest at the end of one that would be longer.
 LONGEST_NAME, DIGITS = 64, 8
 _IDENTIFIER = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}")
+_METRIC_ENTRY = re.compile(r"-?[0-9]{1,400}(?:/0*[1-9][0-9]{0,400})?")  # every double is one
 #: A sum of blades: bit masks with rational coefficients.
 BladeTerms = tuple[tuple[int, Fraction], ...]
+
+
+def metric_entry(value: object) -> Fraction:
+    """An inner product of basis vectors as files write it: a whole number or a fraction, of at most 400 digits each.
+
+    Raises
+    ------
+    SpecError
+        If it is not that: `Fraction` would compute powers of ten of any size.
+    """
+    text = str(value)
+    if not _METRIC_ENTRY.fullmatch(text):
+        raise SpecError(f"an entry of the metric is {one_line(text)}; it is a whole number or a fraction such as 1/2.")
+    return Fraction(text)
 
 
 def validated_identifier(name: object, what: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..errors import SpecError, suggest
 from .algebra import Algebra, Kind, add_plain_kinds
-from .blades import validated_identifier
+from .blades import metric_entry, validated_identifier
 
 #: The path of the bundled specs inside the package, by algebra.
 STOCK = ("cga3d", "pga3d", "cga2d")
@@ -39,7 +39,7 @@ def algebra_from_data(data: Mapping[str, Any]) -> Algebra:
                     f"metric names the vector {label!r}{suggest(str(label), vectors)}; there are {vectors}."
                 )
         i, j = vectors.index(str(first)), vectors.index(str(second))
-        metric[i][j] = metric[j][i] = Fraction(str(number))
+        metric[i][j] = metric[j][i] = metric_entry(number)
     algebra = Algebra(data["name"], vectors, metric, data.get("pseudoscalar"))
     for name, entry in data.get("kinds", {}).items():
         algebra.kinds[name] = _kind(algebra, name, entry)

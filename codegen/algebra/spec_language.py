@@ -10,11 +10,13 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
-from ..errors import BladeError, BladesmithError, SpecError, suggest
+from ..errors import BladeError, BladesmithError, SpecError, one_line, suggest
 from .multivector import Multivector
 
 #: Longest expression that is read; specs are written by people.
 MAX_LENGTH = 4000
+#: Most binary digits of a number's numerator, and of its denominator.
+MAX_BITS = 20_000
 _BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: lambda a, b: a + b,
     ast.Sub: lambda a, b: a - b,
@@ -47,10 +49,10 @@ def parse(text: str, where: str) -> ast.Module:
     try:
         tree = ast.parse(text.strip())
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        raise SpecError(f"{where}: {text!r} is not an expression ({getattr(error, 'msg', error)}).") from None
+        raise SpecError(f"{where}: {one_line(text)} is not an expression ({getattr(error, 'msg', error)}).") from None
     body = tree.body
     if not body or not isinstance(body[-1], ast.Expr) or not all(isinstance(s, ast.Assign) for s in body[:-1]):
-        raise SpecError(f"{where}: {text!r} must be assignments `name = expression` and, last, one expression.")
+        raise SpecError(f"{where}: {one_line(text)} must be assignments `name = expression` and, last, one expression.")
     return tree
 
 
@@ -69,7 +71,7 @@ def evaluate(
     except SpecError:
         raise
     except (BladesmithError, ArithmeticError, TypeError, ValueError) as error:
-        raise SpecError(f"{where}: {text!r} cannot be computed: {error}") from None
+        raise SpecError(f"{where}: {one_line(text)} cannot be computed: {error}") from None
 
 
 def _value(tree: ast.Module, walker: _Walker, scope: dict[str, Any], like: Multivector, where: str) -> Multivector:
@@ -109,7 +111,7 @@ class _Walker:
             case ast.UnaryOp(op=ast.Invert(), operand=operand):
                 return ~self.visit(operand)
             case ast.BinOp(left=left, op=op, right=right) if type(op) in _BINARY:
-                return _BINARY[type(op)](self.visit(left), self.visit(right))
+                return self._checked(_BINARY[type(op)](self.visit(left), self.visit(right)))
             case ast.Subscript(value=value, slice=ast.Constant(value=str() as name)):
                 return self.visit(value)[name]
             case ast.Call(func=ast.Name(id=name), args=args, keywords=[]):
@@ -120,6 +122,12 @@ class _Walker:
                     )
                 return self.functions[name](*(self.visit(a) for a in args))
         raise SpecError(f"{self.where}: {ast.unparse(node)!r} is not allowed in an expression.")
+
+    def _checked(self, value: Any) -> Any:
+        """A number, unless it is longer than any that a spec needs: a few squares make one that no memory holds."""
+        if isinstance(value, Fraction) and max(value.numerator.bit_length(), value.denominator.bit_length()) > MAX_BITS:
+            raise SpecError(f"{self.where}: a number has more than {MAX_BITS} binary digits.")
+        return value
 
     def _name(self, name: str) -> Any:
         if name in self.scope:

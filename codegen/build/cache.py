@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import errno
 import hashlib
 import json
 import logging
@@ -98,17 +99,24 @@ def fetch(stem: str, build: Callable[[Path], Mapping[str, object]], suffix: str 
     Raises
     ------
     CompileError
-        As raised by `build`; its folder is kept, and the error names it.
+        As raised by `build`; its folder is kept, and the error names it. Or no directory has room.
     """
     root = directory()
     if library := _library_if_intact(root / stem, suffix):
         return library
-    if _private:  # the directory could not be written: that is not tried again
-        return _fetch_in(_private[0], stem, build, suffix)
     try:
-        return _fetch_in(root, stem, build, suffix)
+        if not _private:  # else the directory could not be written: that is not tried again
+            try:
+                return _fetch_in(root, stem, build, suffix)
+            except OSError as error:
+                _make_private_directory(root, error)
+        return _fetch_in(_private[0], stem, build, suffix)
     except OSError as error:
-        return _fetch_in(_private_directory(root, error), stem, build, suffix)
+        raise CompileError(
+            f"cannot be written, and neither can the directory for temporary files: {error.strerror or error}",
+            where=str(root),
+            remedy=f"Set {DIRECTORY_VARIABLE} to a directory that can be written, on a disk with room",
+        ) from None
 
 
 def entries() -> list[Entry]:
@@ -146,8 +154,10 @@ def _fetch_in(root: Path, stem: str, build: Callable[[Path], Mapping[str, object
         if library := _library_if_intact(root / stem, suffix, warn=True):
             return library
         _remove_leftovers(root, stem)
-        work = Path(tempfile.mkdtemp(prefix=f".{stem}.", dir=root))
+        outer = Path(tempfile.mkdtemp(prefix=f".{stem}.", dir=root))
+        work = outer / stem  # for all whom the umask lets in: what `mkdtemp` makes is for nobody else
         try:
+            work.mkdir()
             record = dict(build(work))
             _write_record(work, work / (stem + suffix), record)
             os.replace(work, root / stem)
@@ -155,7 +165,7 @@ def _fetch_in(root: Path, stem: str, build: Callable[[Path], Mapping[str, object
             _keep_failed(root, stem, work, error)
             raise
         finally:
-            shutil.rmtree(work, ignore_errors=True)
+            shutil.rmtree(outer, ignore_errors=True)
     _prune(root, stem)
     return root / stem / (stem + suffix)
 
@@ -164,17 +174,30 @@ def _library_if_intact(folder: Path, suffix: str, warn: bool = False) -> Path | 
     """The library of an entry, when it is what was recorded. Anything else counts as no entry."""
     library = folder / (folder.name + suffix)
     try:
-        record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
-        content = library.read_bytes()
+        record = json.loads(regular_bytes(folder / RECORD))
+        content = regular_bytes(library)
         if len(content) == record["size"] and hashlib.sha256(content).hexdigest() == record["sha256"]:
             with contextlib.suppress(OSError):
                 os.utime(folder / RECORD)
             return library
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         pass
-    if warn and folder.exists():
+    if warn and os.path.lexists(folder):
         _log.warning("cache entry %s is damaged; building it again", folder)
     return None
+
+
+def regular_bytes(path: Path) -> bytes:
+    """Contents of a file, never of a pipe or a device, which have no end.
+
+    Raises
+    ------
+    OSError
+        If there is no such file, or it cannot be read.
+    """
+    if not path.is_file():
+        raise OSError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
+    return path.read_bytes()
 
 
 def _write_record(work: Path, library: Path, record: dict[str, object]) -> None:
@@ -197,7 +220,7 @@ def _remove_leftovers(root: Path, stem: str) -> None:
 
 def _remove(folder: Path) -> None:
     """Take an entry out of sight in one step, then delete it: a reader never sees half of one."""
-    if not folder.exists():
+    if not os.path.lexists(folder):  # a link that leads nowhere is in the way as well
         return
     grave = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     os.replace(folder, grave / folder.name)
@@ -249,8 +272,8 @@ def _prune(root: Path, keep: str) -> None:
             excess -= entry.size
 
 
-def _private_directory(root: Path, error: OSError) -> Path:
-    """A directory of this process alone, for when the cache cannot be used. Says so once."""
+def _make_private_directory(root: Path, error: OSError) -> None:
+    """Make a directory of this process alone, for when the cache cannot be used. Says so once."""
     with _private_lock:
         if not _private:
             folder = Path(tempfile.mkdtemp(prefix="bladesmith-"))
@@ -261,7 +284,6 @@ def _private_directory(root: Path, error: OSError) -> Path:
                 "at its end. Set %s to a directory that can be written.",
                 root, error.strerror or error, folder, DIRECTORY_VARIABLE,
             )  # fmt: skip
-        return _private[0]
 
 
 def _remove_private(folder: Path, owner: int) -> None:

@@ -56,7 +56,7 @@ def lookup(group: str, key: str) -> dict[str, str] | None:
     try:
         found = json.loads(text_cache.read(group, _file(key)) or "")
         return dict(found["texts"]) if found["key"] == key else None
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, RecursionError):
         return None
 
 

@@ -9,7 +9,7 @@ import contextlib
 import hashlib
 import json
 import os
-import tempfile
+import secrets
 import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -22,7 +22,7 @@ _DIGITS = 24
 def read(group: str, name: str) -> str | None:
     """A text, or None where there is none that is what was written."""
     with contextlib.suppress(OSError, UnicodeDecodeError):
-        content = (_folder(group) / name).read_bytes()
+        content = cache.regular_bytes(_folder(group) / name)
         sealed, _, body = content.partition(b"\n")
         if sealed.decode() == hashlib.sha256(body).hexdigest():
             return body.decode()
@@ -79,10 +79,9 @@ def _folder(group: str) -> Path:
 
 def _put(path: Path, content: bytes) -> None:
     """Other processes see the whole file or none; of two that write at once, the last one stays."""
-    handle, part = tempfile.mkstemp(prefix=".", dir=path.parent)
+    part = path.parent / f".{secrets.token_hex(8)}"  # not by tempfile, whose files nobody else may read
     try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
+        part.write_bytes(content)
         os.replace(part, path)
     except OSError:
         with contextlib.suppress(OSError):

@@ -11,7 +11,7 @@ import re
 import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path as FilePath
-from typing import Annotated, Any, Generic, TypeVar, get_args
+from typing import Annotated, Any, ClassVar, Generic, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -24,6 +24,14 @@ M = TypeVar("M", bound=BaseModel)
 T = TypeVar("T")
 
 _SYNTAX = re.compile(r"(?P<what>.*) \(at (?P<where>line \d+, column \d+|end of document)\)", re.DOTALL)
+#: Parts of a dotted key; the parser's time grows with the square of their number.
+MOST_PARTS = 64
+_PART = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*"|'[^'\n]*')"""
+_DEEP_KEY = re.compile(rf"(?:{_PART}[ \t]*\.[ \t]*){{{MOST_PARTS}}}")
+#: Characters of a fault's text: it repeats what stands in the file.
+MAX_MESSAGE = 2000
+#: Faults of a file that are explained.
+MOST_FAULTS = 100
 _KEY = re.compile(r"(?P<key>[A-Za-z_]\w*(?:\.[A-Za-z_]\w*|\[\d+\])*):? (?P<rest>.*)", re.DOTALL)
 
 
@@ -51,6 +59,9 @@ class Document(Generic[M]):
     error
         Class of the errors: `SceneError`, `SpecError`.
     """
+
+    #: Largest file, in bytes: a text takes some ten times its size in memory.
+    max_size: ClassVar[int] = 16_000_000
 
     def __init__(self, name: str, text: str, model: type[M], error: type[InputError] = InputError) -> None:
         self.name = name
@@ -112,6 +123,9 @@ class Document(Generic[M]):
 
     def _fault(self, line: int | None, what: str, remedy: str | None = None) -> InputError:
         where = f"{self.name}, line {line}" if line else self.name
+        what = "".join(c if c.isprintable() else repr(c)[1:-1] for c in what)  # keys may have line breaks
+        if len(what) > MAX_MESSAGE:
+            what = f"{what[: MAX_MESSAGE // 2]} ... {what[-MAX_MESSAGE // 2 :]}"
         text = what if what.endswith((".", "?")) else what + "."
         return self._error(text, where=where, remedy=remedy)
 
@@ -127,6 +141,8 @@ class Document(Generic[M]):
         return line_index(text)
 
     def _parse(self) -> Any:
+        if _DEEP_KEY.search(self.text):
+            raise self._too_deep()
         try:
             return tomllib.loads(self.text + "\n")  # without a last newline its errors there have no line
         except tomllib.TOMLDecodeError as error:
@@ -170,21 +186,23 @@ class Document(Generic[M]):
             raise self._error(f"cannot be read: {lower_message(first['msg'])}.", where=self.name) from None
 
     def _first_fault(self, error: ValidationError) -> InputError:
-        """The fault that stands first in the file; the others are counted."""
+        """The fault that stands first in the file, of the first `MOST_FAULTS`; the others are counted."""
         index = self._index()
         faults = []
-        for detail in error.errors(include_url=False):
+        for detail in error.errors(include_url=False)[:MOST_FAULTS]:
             path, what = explain_fault(self._model, dict(detail), self.data)
             # a misspelt key comes before the missing one that it causes
             faults.append((detail["type"] == "missing", line_of(index, path) or 0, what))
         _, line, what = min(faults)
-        others = len(set(faults)) - 1
+        others = len(set(faults)) - 1 + max(0, error.error_count() - MOST_FAULTS)
         count = "1 more fault" if others == 1 else f"{others} more faults"
         return self._fault(line, what, f"({count}.)" if others else None)
 
 
 class JsonDocument(Document[M]):
     """A checked JSON file, whose schema has the literals `format` and `version`."""
+
+    max_size = 1_000_000_000  # programs write them
 
     def _line_index(self, text: str) -> dict[Path, int]:
         return json_line_index(text)
@@ -247,7 +265,7 @@ def read_document(
     InputError
         Of the class `error`, if the file cannot be read, has another syntax, or does not fit the schema.
     """
-    return kind(str(path), read_text(path, error), model, error)
+    return kind(str(path), read_text(path, error, kind.max_size), model, error)
 
 
 def _leaves(value: Any, path: Path) -> Iterator[tuple[Path, Any]]:

@@ -234,6 +234,8 @@ class BoundKernel(Binding):
             return None
         if [a.shape, b.shape] != self._shapes or a.strides != _DENSE or b.strides != _DENSE:
             return None
+        if not (a.flags.aligned and b.flags.aligned):
+            return None
         out = np.empty(self._result_shape)
         buffer = self._from_buffer
         self._run2(self.index, 0, 1, buffer(out), buffer(a), 0, buffer(b), 0)
@@ -314,7 +316,7 @@ class Plan:
 def floating(value: Any, name: str) -> Array:
     """The value as an array of float64 or float32."""
     try:
-        array = np.asarray(value)
+        array = native_array(value)
     except ValueError:
         raise InputError(f"{name} has rows of several lengths.") from None
     if array.dtype == _F64 or array.dtype == _F32:
@@ -322,6 +324,20 @@ def floating(value: Any, name: str) -> Array:
     if array.dtype.kind not in "iuf" and not (array.dtype.kind == "b" and array.size == 0):
         raise InputError(f"{name} has type {array.dtype}; real numbers are needed.")
     return array.astype(_F64)
+
+
+def native_array(value: Any) -> Array:
+    """The value as an array of this machine's order of bytes, and aligned: a view may begin at an odd byte.
+
+    Raises
+    ------
+    ValueError
+        If its rows are of several lengths.
+    """
+    array = np.asarray(value)
+    if not array.dtype.isnative:
+        return array.astype(array.dtype.newbyteorder("="))
+    return array if array.flags.aligned else array.copy()
 
 
 def broadcast_leads(leads: Sequence[tuple[int, ...]], symbol: str) -> tuple[int, ...]:

@@ -1,6 +1,7 @@
 """Arrays in NPZ files, under a header of plain data, and tables of numbers in CSV files.
 
-Reading an NPZ file never executes anything, and its header is checked before an array is unpacked.
+Reading an NPZ file never executes anything; its header, and the size of all of it, are checked before an array is
+unpacked.
 """
 
 from __future__ import annotations
@@ -8,16 +9,21 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import platform
 from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from typing import Any, TypeVar
+from zipfile import ZipFile
 
 import numpy as np
+from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from ..codegen.errors import BladesmithError, InputError
 from ..codegen.version import __version__
 from .files import as_path
+from .memory import readable
 
 T = TypeVar("T")
 Arrays = dict[str, NDArray[Any]]
@@ -25,6 +31,14 @@ Arrays = dict[str, NDArray[Any]]
 HEADER = "bladesmith"
 #: Largest size of a header, in bytes.
 MAX_HEADER = 1_000_000
+#: Largest size of a file's arrays as a multiple of the file, beyond a size that is always read, in bytes.
+MAX_RATIO, ALWAYS_UNPACKED = 100, 64_000_000
+#: Characters of another package's message that are repeated.
+LONGEST_REASON = 200
+#: Suffix of an array's name in the file.
+SUFFIX = ".npy"
+#: Readers of the descriptions of arrays, by version.
+_DESCRIPTIONS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 #: Suffixes of the formats.
 FORMATS = (".npz", ".csv")
 
@@ -64,23 +78,26 @@ def read_npz(
     """
     file = as_path(path, f"{what} is read from")
     try:
-        with np.load(file, allow_pickle=False) as archive:
+        with ZipFile(file) as archive:
             header = _read_header(archive, expected)
-            arrays = {name: archive[name] for name in archive.files if name != HEADER}
+            _check_size(archive, file)
+            names = [member.filename.removesuffix(SUFFIX) for member in archive.infolist()]
+            arrays = {name: _read_array(archive, name) for name in names if name != HEADER}
         return build(header, arrays)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}.", where=str(file)) from None
     except BladesmithError as error:
         raise InputError(str(error), where=str(file)) from None
     except Exception as error:  # a damaged archive raises anything: zlib.error, MemoryError, NotImplementedError, ...
-        detail = "" if "pickle" in str(error) else f" ({error})"  # NumPy recommends unsafe loading
+        reason = " ".join(str(error).split())[:LONGEST_REASON]
+        detail = "" if "pickle" in reason else f" ({reason})"  # NumPy recommends unsafe loading
         raise InputError(f"is not a file that {writer}() wrote{detail}.", where=str(file)) from None
 
 
-def _read_header(archive: Any, expected: Mapping[str, Any]) -> dict[str, Any]:
-    if archive.zip.getinfo(f"{HEADER}.npy").file_size > MAX_HEADER:
+def _read_header(archive: ZipFile, expected: Mapping[str, Any]) -> dict[str, Any]:
+    if archive.getinfo(HEADER + SUFFIX).file_size > MAX_HEADER:
         raise ValueError("its header is too long")
-    raw = archive[HEADER]
+    raw = _read_array(archive, HEADER)
     if raw.dtype != np.uint8 or raw.ndim != 1:
         raise ValueError("its header is of another type")
     header = json.loads(raw.tobytes())
@@ -91,6 +108,29 @@ def _read_header(archive: Any, expected: Mapping[str, Any]) -> dict[str, Any]:
                 remedy="A newer release of bladesmith may read it",
             )
     return header  # type: ignore[no-any-return]
+
+
+def _check_size(archive: ZipFile, file: Path) -> None:
+    """Refuse a file of some bytes that says that it unpacks to all there is."""
+    size, packed = sum(member.file_size for member in archive.infolist()), file.stat().st_size
+    if size > max(ALWAYS_UNPACKED, MAX_RATIO * packed):
+        raise InputError(
+            f"its {readable(packed)} unpack to {readable(size)}; "
+            f"beyond {readable(ALWAYS_UNPACKED)} that is at most {MAX_RATIO} times as much."
+        )
+
+
+def _read_array(archive: ZipFile, name: str) -> NDArray[Any]:
+    """An array, whose size by its own description is checked before memory is taken for it."""
+    with archive.open(name + SUFFIX) as member:
+        shape, _, dtype = _DESCRIPTIONS[npy.read_magic(member)](member)
+        size = archive.getinfo(name + SUFFIX).file_size - member.tell()
+    if math.prod(shape) * dtype.itemsize != size:
+        raise ValueError(f"its array {name!r} has not the size that it says")
+    with archive.open(name + SUFFIX) as member:
+        array = npy.read_array(member, allow_pickle=False)
+        member.read()  # to its end, where its checksum is compared
+    return array
 
 
 def csv_text(columns: Iterable[tuple[str, str]], rows: Iterable[Iterable[Any]]) -> str:

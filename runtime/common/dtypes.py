@@ -18,6 +18,8 @@ F32: Final = np.dtype(np.float32)
 def common_precision(*values: Any) -> np.dtype[Any]:
     """float32 if every array is; plain Python numbers do not count."""
     dtypes = {v.dtype for v in values if hasattr(v, "dtype")}
+    if F64 not in dtypes:  # then the order of bytes may be another
+        dtypes = {d.newbyteorder("=") if isinstance(d, np.dtype) else d for d in dtypes}
     return F32 if dtypes == {F32} else F64
 
 

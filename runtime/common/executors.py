@@ -76,7 +76,7 @@ class Payload:
         except Exception as error:  # users' objects raise anything
             what = f"this cannot be sent to workers: {_one_line(error)}."
             raise InputError(what, remedy="Leave out executor=") from error
-        data = pickle.dumps((__version__, _digest(task), content))
+        data = b"\n".join((__version__.encode(), _digest(task).encode(), content))
         return cls(data, sha256(data).hexdigest(), task.per_thread)
 
 
@@ -374,13 +374,13 @@ def run_piece(
 
 
 def _unpack(data: bytes) -> Task:
-    version, digest, content = pickle.loads(data)
-    if version != __version__:
-        raise BladesmithError(f"a worker has bladesmith {__version__}, the work comes from {version}.")
+    version, digest, content = data.split(b"\n", 2)  # plain, so that nothing of another version is unpickled
+    if version.decode() != __version__:
+        raise BladesmithError(f"a worker has bladesmith {__version__}, the work comes from {version.decode()}.")
     task: Task = pickle.loads(content)
     own = _digest(task)
-    if digest and own and digest != own:
-        raise BladesmithError(f"a worker has another bladesmith {version} than the one that the work comes from.")
+    if digest and own and digest.decode() != own:
+        raise BladesmithError(f"a worker has another bladesmith {__version__} than the one that the work comes from.")
     return task
 
 

@@ -12,11 +12,13 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import partial
+from typing import TypeVar
 
 from ..codegen.execute.arrays import install_splitter
 from ..codegen.interrupts import deferred_interrupts
 from .validation import as_int
 
+T = TypeVar("T")
 Part = Callable[[int, int], None]
 #: Chunks per thread where the caller names no size: enough for progress, few enough to cost nothing.
 CHUNKS_PER_THREAD = 16
@@ -117,6 +119,27 @@ def set_threads(count: int | None) -> None:
     _default = None if count is None else thread_count(count)
     threads = thread_count()
     install_splitter(partial(split, threads=threads) if threads > 1 else None)
+
+
+def interruptible(function: Callable[[], T]) -> T:
+    """Result of a function that runs for seconds in compiled code of others, such as LAPACK's.
+
+    It runs in another thread, so that an interrupt is seen at once; what was begun then ends by itself.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return function()
+    future: Future[T] = Future()
+
+    def work() -> None:
+        try:
+            future.set_result(function())
+        except BaseException as error:
+            future.set_exception(error)
+
+    threading.Thread(target=work, name="bladesmith", daemon=True).start()
+    while not wait((future,), timeout=POLL).done:
+        pass
+    return future.result()
 
 
 def split(part: Part, n: int, threads: int | None = None) -> None:

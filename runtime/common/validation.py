@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.errors import BladesmithError, InputError, ShapeError, suggest
+from ..codegen.execute.arrays import native_array
 from .dtypes import F32, F64
 
 Array = NDArray[np.float64]
@@ -251,13 +252,18 @@ def as_array(value: Any, name: str, error: type[BladesmithError] = InputError) -
 def real_array(
     value: Any, name: str, shape: Axes | None = None, error: type[BladesmithError] = InputError
 ) -> NDArray[Any]:
-    """Array of float64 or float32, of a shape; masked and complex numbers and truth values are not valid."""
+    """Array of float64 or float32 in memory as C needs it, of a shape.
+
+    Masked and complex numbers and truth values are not valid.
+    """
     if type(value) is np.ndarray:
         array = value
     else:
         if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
             raise error(f"{name} masks some of its numbers; fill them first: x.filled(value).")
         array = as_array(value, name, error)
+    if not (array.dtype.isnative and array.flags.aligned):
+        array = native_array(array)
     if array.dtype != F64 and array.dtype != F32:
         if array.dtype.kind not in "iuf" and (array.dtype.kind != "b" or array.size):
             if array.ndim == 0:

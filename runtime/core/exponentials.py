@@ -6,20 +6,22 @@ anything else is a series.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
+from numpy.typing import NDArray
 
 from ..codegen.algebra.algebra import Kind
 from ..codegen.errors import GradeError, NotARotorError
 from ..common.dtypes import F32, F64
 from ..common.validation import as_bool
 from ..dispatch import kind_inference
+from ..dispatch.coefficients import embed
 from ..dispatch.formulas import evaluate, invalidate, invalidate_nonfinite, raise_first
 from .operators import Operators, P
 
-#: The series of `exp` runs on arguments of at most this size, halved until they are: 2^-8 to the 12th is below 1e-37.
-SERIES_SIZE, SERIES_TERMS = 2.0**-4, 12
+#: The series of `exp` runs on arguments of at most 2^-4, halved until they are.
+SERIES_EXPONENT, SERIES_TERMS = 4, 12
+#: Binary logarithm of the most coefficients whose sum counts.
+SUM_EXPONENT = 16
 #: Coefficients up to this size have squares and products of squares that are finite.
 MAX_SCALE = {F64: 1e70, F32: 1e8}
 #: What says of a kind that its members are all unit versors on its blades.
@@ -31,6 +33,9 @@ def exp(x: P, strict: bool = False) -> P:
 
     The closed forms are for bivectors of motors in every algebra, and for all bivectors of up to five dimensions if one
     signature of the metric has at most one vector. INVALID: it is not finite.
+
+    The series is accurate to some |x| rounding units of exp |x|, with the sum of absolute coefficients for |x|: of a
+    rotation by 1e6, 10 digits are left.
     """
     formula = x._type.memoize("exp", lambda: _exp_formula(x)) if x.grades == (2,) else ""
     value = _as_versor(evaluate(x.algebra, formula, x).value) if formula else _exp_series(x)
@@ -50,17 +55,30 @@ def _exp_formula(x: Operators) -> str:
 
 
 def _exp_series(x: P) -> P:
-    """exp(x) = exp(x / 2^k)^(2^k), for any multivector of any algebra."""
-    sizes = np.abs(x._data).sum(-1)
-    size = float(sizes.max(initial=0.0, where=np.isfinite(sizes)))
-    halvings = max(0, math.ceil(math.log2(size / SERIES_SIZE))) if size > 0 else 0
-    small = x / 2.0**halvings
-    total = small / SERIES_TERMS + 1.0
+    """exp(x) = exp(x / 2^k)^(2^k), for any multivector of any algebra; each item has a k of its own."""
+    sizes = np.ldexp(np.abs(x._data), -SUM_EXPONENT).sum(-1)  # a sum of the largest numbers is finite
+    fraction, exponents = np.frexp(sizes)
+    powers = exponents + (SUM_EXPONENT + SERIES_EXPONENT) - (fraction == 0.5)
+    halvings = np.where(np.isfinite(sizes), np.maximum(powers, 0), 0)
+    small: P = x * np.ldexp(x.dtype.type(1), -halvings)
+    total: P = small / SERIES_TERMS + 1.0
     for k in range(SERIES_TERMS - 1, 0, -1):
         total = (small * total) / k + 1.0
-    for _ in range(halvings):
-        total = total * total
+    for step in range(halvings.max(initial=0)):
+        total = _square_some(total, halvings > step)
     return total
+
+
+def _square_some(x: P, some: NDArray[np.bool_]) -> P:
+    """x, squared where that is selected."""
+    if some.all():
+        return x * x
+    part = x._make(x._type, x._data[some], (int(some.sum()),))
+    square = part * part
+    data = np.array(embed(x, square.kind))
+    data[some] = square._data
+    result: P = x._make(square._type, data, x._lead, x._status)
+    return result
 
 
 def log(x: P, strict: bool = False) -> P:
@@ -87,6 +105,12 @@ def log(x: P, strict: bool = False) -> P:
     ------
     NotARotorError
         If x has no rotor's blades, or the algebra none of these forms.
+
+    Notes
+    -----
+    Next to a full turn the logarithm is ill-conditioned: at an angle of 2 pi - d a translation t across the axis is
+    |t|/d times as long in it, so that exp(log(x)) has t to about 4 |t|/d rounding units: 1e-13 |t| where d is 1e-2,
+    1e-5 |t| where it is 1e-10. The shorter way, log of -x, has all digits, as has `poses.log` with ``shortest=True``.
     """
     return _rotor_function(x, "log", strict)
 

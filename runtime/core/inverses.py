@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.errors import NotInvertibleError
+from ..common.parallel import interruptible
 from ..common.validation import as_bool, as_choice
 from ..dispatch import kind_inference
 from ..dispatch.coefficients import embed, normalize_exponents
@@ -29,8 +30,10 @@ SMALL, ROUNDED_SMALL = 5, 1024
 STEPS = 3
 #: Matrices of more rows than this are not made unasked: a gigabyte and minutes for each item.
 MOST_ROWS = 4096
-#: Matrices are made of so many items at a time that they have this many numbers together.
-MATRIX_NUMBERS = 2**23
+#: Matrices are solved of so many items at a time that an interrupt is seen after some 0.1 s.
+MATRIX_WORK = 2**27
+#: Matrices of more rows take longer each.
+SLOW_ROWS = 256
 
 
 def inverse(x: P, method: str = "auto", strict: bool = False) -> P:
@@ -184,19 +187,29 @@ def _with_matrices(x: P, y: P, indices: NDArray[Any]) -> P:
     """y with these items solved by matrices, where they are not too large."""
     if not len(indices):
         return y
-    rows = len(x._type.memoize("left matrix", lambda: _matrix_entries(x))[0])
-    if rows > MOST_ROWS:
+    if _row_count(x) > MOST_ROWS:
         return y
-    count = max(1, MATRIX_NUMBERS // rows**2)
-    for part in (indices[i : i + count] for i in range(0, len(indices), count)):
-        solved = by_matrix(x[part])
-        regular = solved.status == Status.OK  # the residual has proved some that the matrix's condition only suspects
-        y = _replace_items(y, part[regular], solved.value[regular])
-    return y
+    solved = by_matrix(x[indices])
+    regular = solved.status == Status.OK  # the residual has proved some that the matrix's condition only suspects
+    result: P = _replace_items(y, indices[regular], solved.value[regular])
+    return result
 
 
-def by_matrix(x: Operators) -> FormulaResult:
+def by_matrix(x: P) -> FormulaResult:
     """Inverse through the matrix of y -> x y on the blades that products of x reach (thesis 1.2.5)."""
+    rows, items = _row_count(x), x.reshape(-1)
+    count = max(1, MATRIX_WORK // rows**3)
+    solve = _solve_matrices if rows <= SLOW_ROWS else lambda part: interruptible(lambda: _solve_matrices(part))
+    parts = [solve(items[i : i + count]) for i in range(0, max(items.size, 1), count)]
+    data, status = (np.concatenate(part) for part in zip(*parts, strict=True))
+    blades = x._type.memoize("left matrix", lambda: _matrix_entries(x))[0]
+    out = x.algebra.type_of(x.algebra.layout_of(blades), x.dtype)
+    data, status = data.reshape((*x.shape, out.size)), status.reshape(x.shape)
+    return FormulaResult((x._make(out, data, x.shape, status),), status)
+
+
+def _solve_matrices(x: Operators) -> tuple[NDArray[Any], NDArray[np.uint8]]:
+    """Coefficients of inverses and their statuses."""
     from ..codegen.formulas.products.inverses import RESIDUAL
 
     matrix, blades = _left_matrix(x)
@@ -216,9 +229,11 @@ def by_matrix(x: Operators) -> FormulaResult:
         regular = possible & (proved | (condition < 1 / kind_constraints.tolerance(x.dtype)))
         data = data[..., 0]
     status = np.where(regular, Status.OK, np.where(finite, Status.SINGULAR, Status.INVALID)).astype(np.uint8)
-    data = np.where(regular[..., None], data, np.nan).astype(x.dtype)
-    out = x.algebra.type_of(x.algebra.layout_of(blades), x.dtype)
-    return FormulaResult((x._make(out, data, x.shape, status),), status)
+    return np.where(regular[..., None], data, np.nan).astype(x.dtype), status
+
+
+def _row_count(x: Operators) -> int:
+    return len(x._type.memoize("left matrix", lambda: _matrix_entries(x))[0])
 
 
 def _left_matrix(x: Operators) -> tuple[NDArray[Any], tuple[int, ...]]:

@@ -15,7 +15,7 @@ from ..codegen.algebra import algebra as mathematics
 from ..codegen.algebra.algebra import add_plain_kinds
 from ..codegen.algebra.blades import validated_identifier
 from ..codegen.algebra.loader import STOCK, data_from_algebra
-from ..codegen.errors import SpecError
+from ..codegen.errors import BladesmithError, SpecError, one_line
 from ..common.files import as_path
 from ..dispatch import stock_kernels
 from ..dispatch.stock_kernels import StockKernels
@@ -97,8 +97,12 @@ def _load_folder(path: str) -> Algebra:
 
 def _load_generated(folder: Path, origin: Callable[..., Algebra], key: str) -> Algebra:
     manifest = stock_kernels.read_manifest(folder)
-    new = _class_of(manifest["algebra"]["name"]).from_data(manifest["algebra"])
-    new.stock = StockKernels(new, folder, manifest)
+    try:
+        new = _class_of(manifest["algebra"]["name"]).from_data(manifest["algebra"])
+        new.stock = StockKernels(new, folder, manifest)
+    except (BladesmithError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        what = f"an entry is missing or wrong ({one_line(error)})"
+        raise SpecError(what, where=str(folder / "manifest.json"), remedy="Run: bladesmith generate") from None
     new.remember(origin, key)
     return new
 

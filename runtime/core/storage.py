@@ -6,12 +6,11 @@ A file says which algebra its coefficients belong to by the algebra's metric, ne
 from __future__ import annotations
 
 import os
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from ..codegen.algebra.blades import validated_identifier
+from ..codegen.algebra.blades import metric_entry, validated_identifier
 from ..codegen.algebra.loader import STOCK
 from ..codegen.errors import InputError, KindError
 from ..common.data_files import npz_bytes, read_npz
@@ -110,4 +109,4 @@ def _algebra(entry: dict[str, Any]) -> Algebra:
 
 
 def _metric(entry: dict[str, Any]) -> list[list[Any]]:
-    return [[Fraction(str(g)) for g in row] for row in entry["metric"]]
+    return [[metric_entry(g) for g in row] for row in entry["metric"]]

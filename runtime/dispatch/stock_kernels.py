@@ -183,7 +183,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     path = folder / "manifest.json"
     try:
         manifest = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise SpecError(f"not a manifest ({error})", where=str(path), remedy="Run: bladesmith generate") from None
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
         raise SpecError(f"not a manifest of format {FORMAT}", where=str(path), remedy="Run: bladesmith generate")

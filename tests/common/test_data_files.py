@@ -1,15 +1,19 @@
 """NPZ files that are cut, bent or of something else give input errors with their name, documents likewise."""
 
+import io
 import json
+import tracemalloc
+import zipfile
 
 import numpy as np
 import pytest
 
 import bladesmith as bs
 from bladesmith import dynamics, kinematics
+from bladesmith.codegen.algebra.loader import algebra_from_data
 from bladesmith.common import data_files
 from bladesmith.dynamics.results import trajectory_files
-from bladesmith.errors import InputError
+from bladesmith.errors import InputError, SpecError
 from bladesmith.kinematics.task.joint_trajectory import Motion
 from bladesmith.mechanics.units import Units
 
@@ -126,8 +130,8 @@ def test_the_header_is_checked_before_arrays_are_unpacked(tmp_path, monkeypatch)
     header = {"format": "trajectory", "version": 2}
     (tmp_path / "x.npz").write_bytes(data_files.npz_bytes({"time": np.zeros(3)}, header))
     unpacked = []
-    get = np.lib.npyio.NpzFile.__getitem__
-    monkeypatch.setattr(np.lib.npyio.NpzFile, "__getitem__", lambda self, key: unpacked.append(key) or get(self, key))
+    read = data_files._read_array
+    monkeypatch.setattr(data_files, "_read_array", lambda archive, key: unpacked.append(key) or read(archive, key))
     with pytest.raises(InputError, match="its version is 2; this release reads 1. A newer release"):
         dynamics.load_trajectory(tmp_path / "x.npz")
     assert unpacked == ["bladesmith"]
@@ -136,6 +140,48 @@ def test_the_header_is_checked_before_arrays_are_unpacked(tmp_path, monkeypatch)
     with pytest.raises(InputError, match="its header is too long"):
         dynamics.load_trajectory(tmp_path / "x.npz")
     assert unpacked == ["bladesmith"]
+
+
+def described(shape, dtype="<f8"):
+    """An array's description without the array."""
+    text = io.BytesIO()
+    np.lib.format.write_array_header_1_0(text, {"descr": dtype, "fortran_order": False, "shape": shape})
+    return text.getvalue()
+
+
+@pytest.mark.parametrize("items", [10**8, 10**15])
+def test_memory_is_taken_only_for_what_a_file_can_hold(tmp_path, items):
+    """Zeros that unpack to a thousand times their size, and descriptions of arrays that are not there."""
+    bs.save(tmp_path / "x.npz", bs.cga3d.point(np.ones((3, 3))))
+    with np.load(tmp_path / "x.npz") as archive:
+        header = archive["bladesmith"]
+    for size in (0, min(8 * items, 100_000_000)):
+        path = tmp_path / f"{size}.npz"
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+            file.writestr("bladesmith.npy", described(header.shape, "|u1") + header.tobytes())
+            file.writestr("x.values.npy", described((items // 10, 10)) + bytes(size))
+        tracemalloc.start()
+        try:
+            with pytest.raises(InputError, match="unpack to 100 MB" if size else "has not the size that it says"):
+                bs.load(path)
+            assert tracemalloc.get_traced_memory()[1] < 2_000_000
+        finally:
+            tracemalloc.stop()
+
+
+@pytest.mark.parametrize("number", ["1e999999999", "9" * 5000, "1/0", "nan", "0x1", "1_0"])
+def test_metrics_of_files_are_plain_fractions(tmp_path, number):
+    """`Fraction` would compute a power of ten of any size."""
+    bs.save(tmp_path / "x.npz", bs.algebra(2).scalar(1.0))
+    with np.load(tmp_path / "x.npz") as archive:
+        arrays = dict(archive)
+    header = json.loads(arrays.pop("bladesmith").tobytes())
+    header["items"]["x"]["metric"][0][0] = number
+    (tmp_path / "x.npz").write_bytes(data_files.npz_bytes(arrays, header))
+    with pytest.raises(InputError, match="an entry of the metric is"):
+        bs.load(tmp_path / "x.npz")
+    with pytest.raises(SpecError, match="an entry of the metric is"):
+        algebra_from_data({"name": "a", "vectors": ["1"], "metric": [["1", "1", number]]})
 
 
 def test_writers_take_the_path_first_and_warn_of_the_old_order(tmp_path, monkeypatch):

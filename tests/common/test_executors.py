@@ -184,6 +184,14 @@ def test_what_takes_no_work_is_refused():
         run(pool)
 
 
+def test_nothing_of_another_version_is_unpickled(monkeypatch):
+    loaded = []
+    monkeypatch.setattr(executors.pickle, "loads", loaded.append)
+    with pytest.raises(BladesmithError, match=r"the work comes from 0\.0\.1"):
+        executors.run_piece("x", b"0.0.1\n\n" + b"no pickle", False, times, (1,), "")
+    assert not loaded
+
+
 def test_what_cannot_be_sent_is_refused():
     with pytest.raises(InputError, match="cannot be sent to workers"):
         executors.Payload.of(Scale(lambda: 3))

@@ -199,3 +199,16 @@ def test_a_number_of_threads_is_that_number_also_for_kernels_inside(one_thread_a
 
     parallel.split(lambda begin, end: parallel.split(part, N), N, threads=1)
     assert seen == {threading.current_thread()}
+
+
+@pytest.mark.service
+def test_compiled_code_of_others_is_left_when_an_interrupt_comes():
+    ended = threading.Event()
+    threading.Timer(0.2, signal.raise_signal, (signal.SIGINT,)).start()
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        parallel.interruptible(lambda: time.sleep(2) or ended.set())
+    assert time.monotonic() - start < 1 and ended.wait(10)
+    assert parallel.interruptible(lambda: 3) == 3
+    with pytest.raises(ZeroDivisionError):
+        parallel.interruptible(lambda: 1 // 0)

@@ -57,6 +57,21 @@ def test_exponentials_that_are_not_finite_say_so() -> None:
     assert np.isclose(general[1]["1"], np.cosh(1))
 
 
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_an_exponential_does_not_depend_on_the_rest_of_its_batch(dtype: type) -> None:
+    algebra, numbers = bs.algebra(3), RANDOM.normal(size=(20, 8))
+    blades = algebra.multivector(np.ones(8)).blades
+    batch = algebra.multivector(numbers, blades=blades).astype(dtype)
+    large = numbers[:3] * np.array([1e6, 1e12, 1e37])[:, None]
+    mixed = algebra.multivector(np.concatenate([numbers, large]), blades=blades).astype(dtype)
+    mixed._data[-1] = np.finfo(dtype).max
+    alone = np.stack([x.exp().values for x in batch])
+    with np.errstate(all="ignore"):
+        assert (mixed.exp().values[:20] == alone).all() and (batch.exp().values == alone).all()
+        assert (mixed.reshape(23, 1).exp().values[:20, 0] == alone).all()
+    assert mixed.exp().status[-1] == bs.Status.INVALID and (mixed.exp().status[:20] == bs.Status.OK).all()
+
+
 @pytest.mark.parametrize("grade", ["x", 99, -1, 2.5, True])
 def test_grades_that_are_none(grade: Any) -> None:
     with pytest.raises(errors.GradeError, match="a whole number from 0 to 5"):

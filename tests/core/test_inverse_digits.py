@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import bladesmith as bs
+from bladesmith.core import inverses
 from bladesmith.dispatch.product_tables import product_table
 
 #: Fixed point of the exact inverse, and what its residual is below.
@@ -128,3 +129,15 @@ def test_single_precision_inverts_what_double_does() -> None:
     singular = x[:40] * (1 + algebra.e1.astype(np.float32))
     assert (singular.inverse().status == bs.Status.SINGULAR).all()
     assert (singular.inverse("matrix").status == bs.Status.SINGULAR).all()
+
+
+def test_matrices_are_solved_few_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that an interrupt is seen between them; the bits are those of one at a time."""
+    algebra, sizes = bs.algebra(4), []
+    x = algebra.multivector(np.random.default_rng(1).normal(size=(3, 4, 16)))
+    expected = np.stack([[item.inverse("matrix").values for item in row] for row in x])
+    solve = inverses._solve_matrices
+    monkeypatch.setattr(inverses, "_solve_matrices", lambda part: sizes.append(part.size) or solve(part))
+    monkeypatch.setattr(inverses, "MATRIX_WORK", 5 * 16**3)
+    monkeypatch.setattr(inverses, "SLOW_ROWS", 2)  # and in another thread
+    assert (x.inverse("matrix").values == expected).all() and sizes == [5, 5, 2]

@@ -265,3 +265,17 @@ def test_single_precision() -> None:
         assert found.isclose(exact, rtol=1e-5, atol=1e-5), name
     ring = on_object("circle", 12, 0.0).astype(np.float32)
     assert objects.fit_sphere(ring).status == NOT_UNIQUE
+
+
+@pytest.mark.parametrize("name", FITS)
+@pytest.mark.parametrize("size", [1e150, 1e306, 1e308, np.finfo(float).max])
+def test_huge_coordinates_have_an_answer_or_a_status(name: str, size: float) -> None:
+    """In silence of NumPy as well, and beside them the others are what they are alone."""
+    sets = RNG.normal(size=(4, 8, 3))
+    sets[1, 2, 0] = size
+    sets[3] = sets[3] / np.abs(sets[3]).max() * size
+    found, alone = FITS[name](sets), FITS[name](sets[::2])
+    finite = np.isfinite(found.values).all(-1)
+    assert (finite == np.isin(found.status, (OK, NOT_UNIQUE))).all() and (found.values[::2] == alone.values).all()
+    if name == "line" and size < 1e307:
+        assert found.status[1] == OK and np.abs(found[1].parameters().direction[0]) == 1

@@ -5,6 +5,8 @@ Objects are unit blades, rounds and flats alike. `center_axis_curvature` reads t
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from ...algebra.multivector import Mask, Multivector, absolute, select, sqrt
 from ...status import Status
 from ...trace.outputs import Result, named
@@ -12,9 +14,13 @@ from ..objects.blades import Checked
 from ..objects.conformal import infinity, origin, round_center
 from ..objects.euclidean import attached_part, axes, cross, euclidean_part, space
 from ..products.outcome import NOISE, epsilon, outcome, where_or_nan
+from ..products.sizes import sizes
 from .motions import translator
 
 Placement = tuple[Multivector, Multivector, Multivector]
+#: The product of the sizes of weights -1 and +1 is at least this fraction of the square of the middle one for rounds
+#: whose radius is not, to some thousandths, the distance of their center; for flats it is noise of their distance.
+ROUND_FRACTION = Fraction(1, 1024)
 
 
 def is_hyper(x: Multivector) -> bool:
@@ -46,8 +52,17 @@ def center_axis_curvature(x: Multivector) -> tuple[Result, Result, Result]:
 def _is_round_vector(d: Multivector) -> Mask:
     """Return whether d is a sphere (C - r^2/2 n_inf)/r, not a plane n + d n_inf."""
     u, weight = euclidean_part(d), d | infinity(d)
+    return _is_curved(d, weight * weight, (u * u).grade(0))
+
+
+def _is_curved(d: Multivector, square: Multivector, flat_square: Multivector) -> Mask:
+    """Return whether d is round, from the squares of its curvature and of what a flat has in its place.
+
+    The curvature is no noise in a unit of length; or, of large radii, in no unit: see `ROUND_FRACTION`.
+    """
     noise = NOISE * epsilon(d)
-    return weight * weight > noise * noise * (u * u).grade(0)
+    own = sizes(d)
+    return (square > noise * noise * flat_square) | (own[0] * own[2] > ROUND_FRACTION * own[1] * own[1])
 
 
 def _vector_placement(d: Multivector) -> Placement:
@@ -76,8 +91,7 @@ def _bivector_placement(x: Multivector, d: Multivector) -> Placement:
         return foot, axis, d.constant(0)
     center, u, _ = round_center(d)
     square, flat = (u * u).grade(0), euclidean_part(d)
-    noise = NOISE * epsilon(d)
-    curved = square > noise * noise * flat.scalar_product(~flat)
+    curved = _is_curved(d, square, flat.scalar_product(~flat))
     curvature = sqrt(square)
     return (
         select(curved, center, foot),

@@ -5,7 +5,7 @@
  * A loop holds its kernel once, for whole vectors and the tail alike: a second copy would double the code. */
 #include "unit.h"
 
-/* cga3d_center_axis_curvature_point_pair: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 27 mul, 10 add, 20 other. */
+/* cga3d_center_axis_curvature_point_pair: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 30 mul, 17 add, 31 other. */
 BS_INLINE void FN(cga3d_center_axis_curvature_point_pair)(BS_APART(V, center, 3), BS_APART(V, axis, 3), BS_APART(V, curvature, 1), BS_APART(const V, x_in, 10))
 {
   const V x_e12 = x_in[0];
@@ -19,36 +19,49 @@ BS_INLINE void FN(cga3d_center_axis_curvature_point_pair)(BS_APART(V, center, 3)
   const V x_e3ni = x_in[8];
   const V x_noni = x_in[9];
   const V t0 = SPLAT(BS_EPSILON);
-  const V t1 = x_e1no * x_e1no + x_e2no * x_e2no + x_e3no * x_e3no;
-  const M t2 = LT(K(4096.0) * (t0 * t0 * (x_e12 * x_e12 + x_e13 * x_e13 + x_e23 * x_e23)), t1);
-  const M t3 = LT(SPLAT(0.0), t1);
-  const V t4 = SPLAT(BS_NOT_A_NUMBER);
-  const V t5 = SELECT(t3, t1, t4);
-  const V t6 = K(1.0) / t5;
+  const V t1 = K(4096.0) * ((x_e12 * x_e12 + x_e13 * x_e13 + x_e23 * x_e23) * (t0 * t0));
+  const V t2 = x_e1no * x_e1no + x_e2no * x_e2no + x_e3no * x_e3no;
+  const M t3 = LT(t1, t2);
+  const V t4 = ABS(x_e12);
+  const V t5 = ABS(x_e13);
+  const V t6 = ABS(x_e23);
   const V t7 = ABS(x_noni);
-  const M t8 = LT(SPLAT(0.0), t7);
-  const V t9 = SELECT(t8, x_noni, t4);
-  const V t10 = K(1.0) / t9;
-  const V t11 = SELECT(t2, (-x_e12 * x_e2no - x_e13 * x_e3no - x_e1no * x_noni) * t6, x_e1ni * t10);
-  const V t12 = SELECT(t2, (x_e12 * x_e1no - x_e23 * x_e3no - x_e2no * x_noni) * t6, x_e2ni * t10);
-  const V t13 = SELECT(t2, (x_e13 * x_e1no + x_e23 * x_e2no - x_e3no * x_noni) * t6, x_e3ni * t10);
-  const V t14 = SQRT(t1);
-  const V t15 = SELECT(t2, t14, t4);
-  const V t16 = K(1.0) / t15;
-  const V t17 = SELECT(t2, -x_e1no * t16, SPLAT(0.0));
-  const V t18 = SELECT(t2, -x_e2no * t16, SPLAT(0.0));
-  const V t19 = SELECT(t2, -x_e3no * t16, SPLAT(0.0));
-  const V t20 = SELECT(t2, t14, SPLAT(0.0));
-  center[0] = t11; /* e1 */
-  center[1] = t12; /* e2 */
-  center[2] = t13; /* e3 */
-  axis[0] = t17; /* e1 */
-  axis[1] = t18; /* e2 */
-  axis[2] = t19; /* e3 */
-  curvature[0] = t20; /* 1 */
+  const V t8 = t4 + t5 + t6 + t7;
+  const V t9 = ABS(x_e1no);
+  const V t10 = ABS(x_e2no);
+  const V t11 = ABS(x_e3no);
+  const V t12 = ABS(x_e1ni);
+  const V t13 = ABS(x_e2ni);
+  const V t14 = ABS(x_e3ni);
+  const M t15 = LT(K(0.0009765625) * (t8 * t8), (t9 + t10 + t11) * (t12 + t13 + t14));
+  const M t16 = OR(t3, t15);
+  const M t17 = LT(SPLAT(0.0), t2);
+  const V t18 = SPLAT(BS_NOT_A_NUMBER);
+  const V t19 = SELECT(t17, t2, t18);
+  const V t20 = K(1.0) / t19;
+  const M t21 = LT(SPLAT(0.0), t7);
+  const V t22 = SELECT(t21, x_noni, t18);
+  const V t23 = K(1.0) / t22;
+  const V t24 = SELECT(t16, (-x_e12 * x_e2no - x_e13 * x_e3no - x_e1no * x_noni) * t20, x_e1ni * t23);
+  const V t25 = SELECT(t16, (x_e12 * x_e1no - x_e23 * x_e3no - x_e2no * x_noni) * t20, x_e2ni * t23);
+  const V t26 = SELECT(t16, (x_e13 * x_e1no + x_e23 * x_e2no - x_e3no * x_noni) * t20, x_e3ni * t23);
+  const V t27 = SQRT(t2);
+  const V t28 = SELECT(t16, t27, t18);
+  const V t29 = K(1.0) / t28;
+  const V t30 = SELECT(t16, -x_e1no * t29, SPLAT(0.0));
+  const V t31 = SELECT(t16, -x_e2no * t29, SPLAT(0.0));
+  const V t32 = SELECT(t16, -x_e3no * t29, SPLAT(0.0));
+  const V t33 = SELECT(t16, t27, SPLAT(0.0));
+  center[0] = t24; /* e1 */
+  center[1] = t25; /* e2 */
+  center[2] = t26; /* e3 */
+  axis[0] = t30; /* e1 */
+  axis[1] = t31; /* e2 */
+  axis[2] = t32; /* e3 */
+  curvature[0] = t33; /* 1 */
 }
 
-/* cga3d_center_axis_curvature_circle: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 30 mul, 13 add, 16 other. */
+/* cga3d_center_axis_curvature_circle: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 33 mul, 20 add, 28 other. */
 BS_INLINE void FN(cga3d_center_axis_curvature_circle)(BS_APART(V, center, 3), BS_APART(V, axis, 3), BS_APART(V, curvature, 1), BS_APART(const V, x_in, 10))
 {
   const V x_e123 = x_in[0];
@@ -62,33 +75,48 @@ BS_INLINE void FN(cga3d_center_axis_curvature_circle)(BS_APART(V, center, 3), BS
   const V x_e2noni = x_in[8];
   const V x_e3noni = x_in[9];
   const V t0 = SPLAT(BS_EPSILON);
-  const V t1 = t0 * t0 * (x_e3noni * x_e3noni + x_e2noni * x_e2noni + x_e1noni * x_e1noni);
+  const V t1 = (x_e3noni * x_e3noni + x_e2noni * x_e2noni + x_e1noni * x_e1noni) * (t0 * t0);
   const V t2 = x_e23no * x_e23no + x_e13no * x_e13no + x_e12no * x_e12no;
   const M t3 = LT(K(4096.0) * t1, t2);
-  const M t4 = LT(SPLAT(0.0), t2);
-  const V t5 = SPLAT(BS_NOT_A_NUMBER);
-  const V t6 = SELECT(t4, t2, t5);
-  const V t7 = K(1.0) / t6;
-  const V t8 = SELECT(t3, (x_e13no * x_e3noni + x_e12no * x_e2noni + x_e123 * x_e23no) * t7, -x_e12ni * x_e2noni - x_e13ni * x_e3noni);
-  const V t9 = SELECT(t3, (x_e23no * x_e3noni - x_e12no * x_e1noni - x_e123 * x_e13no) * t7, -(x_e23ni * x_e3noni - x_e12ni * x_e1noni));
-  const V t10 = SELECT(t3, (x_e123 * x_e12no - x_e23no * x_e2noni - x_e13no * x_e1noni) * t7, x_e13ni * x_e1noni + x_e23ni * x_e2noni);
-  const V t11 = SQRT(t2);
-  const V t12 = SELECT(t3, t11, t5);
-  const V t13 = K(1.0) / t12;
-  const V t14 = SELECT(t3, x_e23no * t13, -x_e1noni);
-  const V t15 = SELECT(t3, -x_e13no * t13, -x_e2noni);
-  const V t16 = SELECT(t3, x_e12no * t13, -x_e3noni);
-  const V t17 = SELECT(t3, t11, SPLAT(0.0));
-  center[0] = t8; /* e1 */
-  center[1] = t9; /* e2 */
-  center[2] = t10; /* e3 */
-  axis[0] = t14; /* e1 */
-  axis[1] = t15; /* e2 */
-  axis[2] = t16; /* e3 */
-  curvature[0] = t17; /* 1 */
+  const V t4 = -x_e3noni;
+  const V t5 = ABS(t4);
+  const V t6 = ABS(x_e2noni);
+  const V t7 = -x_e1noni;
+  const V t8 = ABS(t7);
+  const V t9 = ABS(x_e123);
+  const V t10 = t5 + t6 + t8 + t9;
+  const V t11 = ABS(-x_e23no);
+  const V t12 = ABS(x_e13no);
+  const V t13 = ABS(-x_e12no);
+  const V t14 = ABS(x_e23ni);
+  const V t15 = ABS(-x_e13ni);
+  const V t16 = ABS(x_e12ni);
+  const M t17 = LT(K(0.0009765625) * (t10 * t10), (t11 + t12 + t13) * (t14 + t15 + t16));
+  const M t18 = OR(t3, t17);
+  const M t19 = LT(SPLAT(0.0), t2);
+  const V t20 = SPLAT(BS_NOT_A_NUMBER);
+  const V t21 = SELECT(t19, t2, t20);
+  const V t22 = K(1.0) / t21;
+  const V t23 = SELECT(t18, (x_e13no * x_e3noni + x_e12no * x_e2noni + x_e123 * x_e23no) * t22, -x_e12ni * x_e2noni - x_e13ni * x_e3noni);
+  const V t24 = SELECT(t18, (x_e23no * x_e3noni - x_e12no * x_e1noni - x_e123 * x_e13no) * t22, -(x_e23ni * x_e3noni - x_e12ni * x_e1noni));
+  const V t25 = SELECT(t18, (x_e123 * x_e12no - x_e23no * x_e2noni - x_e13no * x_e1noni) * t22, x_e13ni * x_e1noni + x_e23ni * x_e2noni);
+  const V t26 = SQRT(t2);
+  const V t27 = SELECT(t18, t26, t20);
+  const V t28 = K(1.0) / t27;
+  const V t29 = SELECT(t18, x_e23no * t28, t7);
+  const V t30 = SELECT(t18, -x_e13no * t28, -x_e2noni);
+  const V t31 = SELECT(t18, x_e12no * t28, t4);
+  const V t32 = SELECT(t18, t26, SPLAT(0.0));
+  center[0] = t23; /* e1 */
+  center[1] = t24; /* e2 */
+  center[2] = t25; /* e3 */
+  axis[0] = t29; /* e1 */
+  axis[1] = t30; /* e2 */
+  axis[2] = t31; /* e3 */
+  curvature[0] = t32; /* 1 */
 }
 
-/* cga3d_center_axis_curvature_sphere: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 15 mul, 1 add, 16 other. */
+/* cga3d_center_axis_curvature_sphere: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 19 mul, 4 add, 23 other. */
 BS_INLINE void FN(cga3d_center_axis_curvature_sphere)(BS_APART(V, center, 3), BS_APART(V, axis, 3), BS_APART(V, curvature, 1), BS_APART(const V, x_in, 5))
 {
   const V x_e123no = x_in[0];
@@ -96,31 +124,39 @@ BS_INLINE void FN(cga3d_center_axis_curvature_sphere)(BS_APART(V, center, 3), BS
   const V x_e12noni = x_in[2];
   const V x_e13noni = x_in[3];
   const V x_e23noni = x_in[4];
-  const V t0 = SPLAT(BS_EPSILON);
-  const V t1 = K(1.0) - K(2.0) * (x_e123no * x_e123ni);
-  const M t2 = LT(K(4096.0) * (t0 * t0 * t1), x_e123no * x_e123no);
-  const V t3 = -x_e123no;
-  const V t4 = SPLAT(BS_NOT_A_NUMBER);
-  const V t5 = SELECT(t2, t3, t4);
-  const V t6 = K(1.0) / t5;
-  const V t7 = SELECT(t2, x_e23noni * t6, x_e123ni * x_e23noni);
-  const V t8 = SELECT(t2, -x_e13noni * t6, -x_e123ni * x_e13noni);
-  const V t9 = SELECT(t2, x_e12noni * t6, x_e123ni * x_e12noni);
-  const M t10 = NOT(t2);
-  const V t11 = SELECT(t10, t1, t4);
-  const V t12 = SQRT(t11);
-  const V t13 = K(1.0) / t12;
-  const V t14 = SELECT(t2, SPLAT(1.0), x_e23noni * t13);
-  const V t15 = SELECT(t2, SPLAT(0.0), -x_e13noni * t13);
-  const V t16 = SELECT(t2, SPLAT(0.0), x_e12noni * t13);
-  const V t17 = SELECT(t2, t3, SPLAT(0.0));
-  center[0] = t7; /* e1 */
-  center[1] = t8; /* e2 */
-  center[2] = t9; /* e3 */
-  axis[0] = t14; /* e1 */
-  axis[1] = t15; /* e2 */
-  axis[2] = t16; /* e3 */
-  curvature[0] = t17; /* 1 */
+  const V t0 = x_e23noni * x_e23noni + x_e13noni * x_e13noni + x_e12noni * x_e12noni;
+  const V t1 = SPLAT(BS_EPSILON);
+  const M t2 = LT(K(4096.0) * (t0 * (t1 * t1)), x_e123no * x_e123no);
+  const V t3 = ABS(x_e23noni);
+  const V t4 = ABS(-x_e13noni);
+  const V t5 = ABS(x_e12noni);
+  const V t6 = t3 + t4 + t5;
+  const V t7 = -x_e123no;
+  const V t8 = ABS(t7);
+  const V t9 = ABS(x_e123ni);
+  const M t10 = LT(K(0.0009765625) * (t6 * t6), t8 * t9);
+  const M t11 = OR(t2, t10);
+  const V t12 = SPLAT(BS_NOT_A_NUMBER);
+  const V t13 = SELECT(t11, t7, t12);
+  const V t14 = K(1.0) / t13;
+  const V t15 = SELECT(t11, x_e23noni * t14, x_e123ni * x_e23noni);
+  const V t16 = SELECT(t11, -x_e13noni * t14, -x_e123ni * x_e13noni);
+  const V t17 = SELECT(t11, x_e12noni * t14, x_e123ni * x_e12noni);
+  const M t18 = NOT(t11);
+  const V t19 = SELECT(t18, t0, t12);
+  const V t20 = SQRT(t19);
+  const V t21 = K(1.0) / t20;
+  const V t22 = SELECT(t11, SPLAT(1.0), x_e23noni * t21);
+  const V t23 = SELECT(t11, SPLAT(0.0), -x_e13noni * t21);
+  const V t24 = SELECT(t11, SPLAT(0.0), x_e12noni * t21);
+  const V t25 = SELECT(t11, t7, SPLAT(0.0));
+  center[0] = t15; /* e1 */
+  center[1] = t16; /* e2 */
+  center[2] = t17; /* e3 */
+  axis[0] = t22; /* e1 */
+  axis[1] = t23; /* e2 */
+  axis[2] = t24; /* e3 */
+  curvature[0] = t25; /* 1 */
 }
 
 /* cga3d_half_rotations_euclidean_euclidean: Half a turn that takes the object there to its negative, and half of that. 43 mul, 21 add, 21 other. */

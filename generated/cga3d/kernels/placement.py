@@ -15,44 +15,57 @@ from bladesmith.templates.numba.rows import BLOCK, load, select, store
 K = np.float64
 
 
-# Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 27 mul, 10 add, 20 other.
+# Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 30 mul, 17 add, 31 other.
 def cga3d_center_axis_curvature_point_pair(
     x_e12, x_e13, x_e1no, x_e1ni, x_e23, x_e2no, x_e2ni, x_e3no, x_e3ni, x_noni,
 ):
     t0 = K(np.finfo(K).eps)
-    t1 = x_e1no * x_e1no + x_e2no * x_e2no + x_e3no * x_e3no
-    t2 = K(4096.0) * (t0 * t0 * (x_e12 * x_e12 + x_e13 * x_e13 + x_e23 * x_e23)) < t1
-    t3 = K(0.0) < t1
-    t4 = K(np.nan)
-    t5 = select(t3, t1, t4)
-    t6 = K(1.0) / t5
+    t1 = K(4096.0) * ((x_e12 * x_e12 + x_e13 * x_e13 + x_e23 * x_e23) * (t0 * t0))
+    t2 = x_e1no * x_e1no + x_e2no * x_e2no + x_e3no * x_e3no
+    t3 = t1 < t2
+    t4 = np.abs(x_e12)
+    t5 = np.abs(x_e13)
+    t6 = np.abs(x_e23)
     t7 = np.abs(x_noni)
-    t8 = K(0.0) < t7
-    t9 = select(t8, x_noni, t4)
-    t10 = K(1.0) / t9
-    t11 = select(t2, (-x_e12 * x_e2no - x_e13 * x_e3no - x_e1no * x_noni) * t6, x_e1ni * t10)
-    t12 = select(t2, (x_e12 * x_e1no - x_e23 * x_e3no - x_e2no * x_noni) * t6, x_e2ni * t10)
-    t13 = select(t2, (x_e13 * x_e1no + x_e23 * x_e2no - x_e3no * x_noni) * t6, x_e3ni * t10)
-    t14 = np.sqrt(t1)
-    t15 = select(t2, t14, t4)
-    t16 = K(1.0) / t15
-    t17 = select(t2, -x_e1no * t16, K(0.0))
-    t18 = select(t2, -x_e2no * t16, K(0.0))
-    t19 = select(t2, -x_e3no * t16, K(0.0))
-    t20 = select(t2, t14, K(0.0))
+    t8 = t4 + t5 + t6 + t7
+    t9 = np.abs(x_e1no)
+    t10 = np.abs(x_e2no)
+    t11 = np.abs(x_e3no)
+    t12 = np.abs(x_e1ni)
+    t13 = np.abs(x_e2ni)
+    t14 = np.abs(x_e3ni)
+    t15 = K(0.0009765625) * (t8 * t8) < (t9 + t10 + t11) * (t12 + t13 + t14)
+    t16 = t3 | t15
+    t17 = K(0.0) < t2
+    t18 = K(np.nan)
+    t19 = select(t17, t2, t18)
+    t20 = K(1.0) / t19
+    t21 = K(0.0) < t7
+    t22 = select(t21, x_noni, t18)
+    t23 = K(1.0) / t22
+    t24 = select(t16, (-x_e12 * x_e2no - x_e13 * x_e3no - x_e1no * x_noni) * t20, x_e1ni * t23)
+    t25 = select(t16, (x_e12 * x_e1no - x_e23 * x_e3no - x_e2no * x_noni) * t20, x_e2ni * t23)
+    t26 = select(t16, (x_e13 * x_e1no + x_e23 * x_e2no - x_e3no * x_noni) * t20, x_e3ni * t23)
+    t27 = np.sqrt(t2)
+    t28 = select(t16, t27, t18)
+    t29 = K(1.0) / t28
+    t30 = select(t16, -x_e1no * t29, K(0.0))
+    t31 = select(t16, -x_e2no * t29, K(0.0))
+    t32 = select(t16, -x_e3no * t29, K(0.0))
+    t33 = select(t16, t27, K(0.0))
     return (
         (
-            t11,  # e1
-            t12,  # e2
-            t13,  # e3
+            t24,  # e1
+            t25,  # e2
+            t26,  # e3
         ),
         (
-            t17,  # e1
-            t18,  # e2
-            t19,  # e3
+            t30,  # e1
+            t31,  # e2
+            t32,  # e3
         ),
         (
-            t20,  # 1
+            t33,  # 1
         ),
     )
 
@@ -77,41 +90,56 @@ def cga3d_center_axis_curvature_point_pair_batch(begin, end, center_rows, axis_r
         store(curvature_rows, curvature_columns, first, count)
 
 
-# Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 30 mul, 13 add, 16 other.
+# Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 33 mul, 20 add, 28 other.
 def cga3d_center_axis_curvature_circle(
     x_e123, x_e12no, x_e12ni, x_e13no, x_e13ni, x_e1noni, x_e23no, x_e23ni, x_e2noni, x_e3noni,
 ):
     t0 = K(np.finfo(K).eps)
-    t1 = t0 * t0 * (x_e3noni * x_e3noni + x_e2noni * x_e2noni + x_e1noni * x_e1noni)
+    t1 = (x_e3noni * x_e3noni + x_e2noni * x_e2noni + x_e1noni * x_e1noni) * (t0 * t0)
     t2 = x_e23no * x_e23no + x_e13no * x_e13no + x_e12no * x_e12no
     t3 = K(4096.0) * t1 < t2
-    t4 = K(0.0) < t2
-    t5 = K(np.nan)
-    t6 = select(t4, t2, t5)
-    t7 = K(1.0) / t6
-    t8 = select(t3, (x_e13no * x_e3noni + x_e12no * x_e2noni + x_e123 * x_e23no) * t7, -x_e12ni * x_e2noni - x_e13ni * x_e3noni)
-    t9 = select(t3, (x_e23no * x_e3noni - x_e12no * x_e1noni - x_e123 * x_e13no) * t7, -(x_e23ni * x_e3noni - x_e12ni * x_e1noni))
-    t10 = select(t3, (x_e123 * x_e12no - x_e23no * x_e2noni - x_e13no * x_e1noni) * t7, x_e13ni * x_e1noni + x_e23ni * x_e2noni)
-    t11 = np.sqrt(t2)
-    t12 = select(t3, t11, t5)
-    t13 = K(1.0) / t12
-    t14 = select(t3, x_e23no * t13, -x_e1noni)
-    t15 = select(t3, -x_e13no * t13, -x_e2noni)
-    t16 = select(t3, x_e12no * t13, -x_e3noni)
-    t17 = select(t3, t11, K(0.0))
+    t4 = -x_e3noni
+    t5 = np.abs(t4)
+    t6 = np.abs(x_e2noni)
+    t7 = -x_e1noni
+    t8 = np.abs(t7)
+    t9 = np.abs(x_e123)
+    t10 = t5 + t6 + t8 + t9
+    t11 = np.abs(-x_e23no)
+    t12 = np.abs(x_e13no)
+    t13 = np.abs(-x_e12no)
+    t14 = np.abs(x_e23ni)
+    t15 = np.abs(-x_e13ni)
+    t16 = np.abs(x_e12ni)
+    t17 = K(0.0009765625) * (t10 * t10) < (t11 + t12 + t13) * (t14 + t15 + t16)
+    t18 = t3 | t17
+    t19 = K(0.0) < t2
+    t20 = K(np.nan)
+    t21 = select(t19, t2, t20)
+    t22 = K(1.0) / t21
+    t23 = select(t18, (x_e13no * x_e3noni + x_e12no * x_e2noni + x_e123 * x_e23no) * t22, -x_e12ni * x_e2noni - x_e13ni * x_e3noni)
+    t24 = select(t18, (x_e23no * x_e3noni - x_e12no * x_e1noni - x_e123 * x_e13no) * t22, -(x_e23ni * x_e3noni - x_e12ni * x_e1noni))
+    t25 = select(t18, (x_e123 * x_e12no - x_e23no * x_e2noni - x_e13no * x_e1noni) * t22, x_e13ni * x_e1noni + x_e23ni * x_e2noni)
+    t26 = np.sqrt(t2)
+    t27 = select(t18, t26, t20)
+    t28 = K(1.0) / t27
+    t29 = select(t18, x_e23no * t28, t7)
+    t30 = select(t18, -x_e13no * t28, -x_e2noni)
+    t31 = select(t18, x_e12no * t28, t4)
+    t32 = select(t18, t26, K(0.0))
     return (
         (
-            t8,  # e1
-            t9,  # e2
-            t10,  # e3
+            t23,  # e1
+            t24,  # e2
+            t25,  # e3
         ),
         (
-            t14,  # e1
-            t15,  # e2
-            t16,  # e3
+            t29,  # e1
+            t30,  # e2
+            t31,  # e3
         ),
         (
-            t17,  # 1
+            t32,  # 1
         ),
     )
 
@@ -136,39 +164,47 @@ def cga3d_center_axis_curvature_circle_batch(begin, end, center_rows, axis_rows,
         store(curvature_rows, curvature_columns, first, count)
 
 
-# Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 15 mul, 1 add, 16 other.
+# Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 19 mul, 4 add, 23 other.
 def cga3d_center_axis_curvature_sphere(x_e123no, x_e123ni, x_e12noni, x_e13noni, x_e23noni):
-    t0 = K(np.finfo(K).eps)
-    t1 = K(1.0) - K(2.0) * (x_e123no * x_e123ni)
-    t2 = K(4096.0) * (t0 * t0 * t1) < x_e123no * x_e123no
-    t3 = -x_e123no
-    t4 = K(np.nan)
-    t5 = select(t2, t3, t4)
-    t6 = K(1.0) / t5
-    t7 = select(t2, x_e23noni * t6, x_e123ni * x_e23noni)
-    t8 = select(t2, -x_e13noni * t6, -x_e123ni * x_e13noni)
-    t9 = select(t2, x_e12noni * t6, x_e123ni * x_e12noni)
-    t10 = np.logical_not(t2)
-    t11 = select(t10, t1, t4)
-    t12 = np.sqrt(t11)
-    t13 = K(1.0) / t12
-    t14 = select(t2, K(1.0), x_e23noni * t13)
-    t15 = select(t2, K(0.0), -x_e13noni * t13)
-    t16 = select(t2, K(0.0), x_e12noni * t13)
-    t17 = select(t2, t3, K(0.0))
+    t0 = x_e23noni * x_e23noni + x_e13noni * x_e13noni + x_e12noni * x_e12noni
+    t1 = K(np.finfo(K).eps)
+    t2 = K(4096.0) * (t0 * (t1 * t1)) < x_e123no * x_e123no
+    t3 = np.abs(x_e23noni)
+    t4 = np.abs(-x_e13noni)
+    t5 = np.abs(x_e12noni)
+    t6 = t3 + t4 + t5
+    t7 = -x_e123no
+    t8 = np.abs(t7)
+    t9 = np.abs(x_e123ni)
+    t10 = K(0.0009765625) * (t6 * t6) < t8 * t9
+    t11 = t2 | t10
+    t12 = K(np.nan)
+    t13 = select(t11, t7, t12)
+    t14 = K(1.0) / t13
+    t15 = select(t11, x_e23noni * t14, x_e123ni * x_e23noni)
+    t16 = select(t11, -x_e13noni * t14, -x_e123ni * x_e13noni)
+    t17 = select(t11, x_e12noni * t14, x_e123ni * x_e12noni)
+    t18 = np.logical_not(t11)
+    t19 = select(t18, t0, t12)
+    t20 = np.sqrt(t19)
+    t21 = K(1.0) / t20
+    t22 = select(t11, K(1.0), x_e23noni * t21)
+    t23 = select(t11, K(0.0), -x_e13noni * t21)
+    t24 = select(t11, K(0.0), x_e12noni * t21)
+    t25 = select(t11, t7, K(0.0))
     return (
         (
-            t7,  # e1
-            t8,  # e2
-            t9,  # e3
+            t15,  # e1
+            t16,  # e2
+            t17,  # e3
         ),
         (
-            t14,  # e1
-            t15,  # e2
-            t16,  # e3
+            t22,  # e1
+            t23,  # e2
+            t24,  # e3
         ),
         (
-            t17,  # 1
+            t25,  # 1
         ),
     )
 

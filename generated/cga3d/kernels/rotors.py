@@ -419,7 +419,7 @@ def cga3d_rotor_between_circle_circle_batch(
         store(status_rows, status_columns, first, count)
 
 
-# `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 30 mul, 20 add, 25 other.
+# `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 38 mul, 24 add, 31 other.
 def cga3d_rotor_between_plane_plane(
     x1_e123ni, x1_e12noni, x1_e13noni, x1_e23noni, x2_e123ni, x2_e12noni, x2_e13noni, x2_e23noni,
 ):
@@ -437,40 +437,48 @@ def cga3d_rotor_between_plane_plane(
     t11 = t3 < K(0.0)
     t12 = t10 & t11
     t13 = K(4096.0) * (t4 * t4) < K(0.0)
-    t14 = t13 | t13
-    t15 = t12 & t14
-    t16 = select(t15, K(-1.0), K(1.0))
-    t17 = np.sqrt(K(0.5) * (t3 * t16) + K(0.5))
-    t18 = K(1.0) / (K(2.0) * t17)
-    t19 = t16 * t18
-    t20 = select(t15, K(1.0) - t3, t8)
-    t21 = np.abs(x1_e123ni)
-    t22 = np.abs(x1_e12noni)
-    t23 = np.abs(x1_e13noni)
-    t24 = np.abs(x1_e23noni)
-    t25 = np.abs(x2_e123ni)
-    t26 = np.abs(x2_e12noni)
-    t27 = np.abs(x2_e13noni)
-    t28 = np.abs(x2_e23noni)
-    t29 = select(t12, K(1.0), K(0.0))
-    t30 = select(t15, K(3.0), t29)
+    t14 = np.abs(x1_e12noni)
+    t15 = np.abs(x1_e23noni)
+    t16 = t14 + t15
+    t17 = np.abs(-x1_e13noni)
+    t18 = K(0.0009765625) * (t16 * t16 + t17 * (t17 + K(2.0) * t16)) < K(0.0)
+    t19 = t13 | t18
+    t20 = np.abs(x2_e12noni)
+    t21 = np.abs(x2_e23noni)
+    t22 = t20 + t21
+    t23 = np.abs(-x2_e13noni)
+    t24 = K(0.0009765625) * (t22 * t22 + t23 * (t23 + K(2.0) * t22)) < K(0.0)
+    t25 = t13 | t24
+    t26 = t19 | t25
+    t27 = t12 & t26
+    t28 = select(t27, K(-1.0), K(1.0))
+    t29 = np.sqrt(K(0.5) * (t3 * t28) + K(0.5))
+    t30 = K(1.0) / (K(2.0) * t29)
+    t31 = t28 * t30
+    t32 = select(t27, K(1.0) - t3, t8)
+    t33 = np.abs(x1_e123ni)
+    t34 = np.abs(x1_e13noni)
+    t35 = np.abs(x2_e123ni)
+    t36 = np.abs(x2_e13noni)
+    t37 = select(t12, K(1.0), K(0.0))
+    t38 = select(t27, K(3.0), t37)
     return (
         (
-            t17,  # 1
-            (x1_e23noni * x2_e13noni - x1_e13noni * x2_e23noni) * t19,  # e12
-            -(x1_e23noni * x2_e12noni - x1_e12noni * x2_e23noni) * t19,  # e13
-            -(x1_e23noni * x2_e123ni - x1_e123ni * x2_e23noni) * t19,  # e1ni
-            t19 * (x1_e13noni * x2_e12noni - x1_e12noni * x2_e13noni),  # e23
-            t19 * (x1_e13noni * x2_e123ni - x1_e123ni * x2_e13noni),  # e2ni
-            -(x1_e12noni * x2_e123ni - x1_e123ni * x2_e12noni) * t19,  # e3ni
+            t29,  # 1
+            (x1_e23noni * x2_e13noni - x1_e13noni * x2_e23noni) * t31,  # e12
+            -(x1_e23noni * x2_e12noni - x1_e12noni * x2_e23noni) * t31,  # e13
+            -(x1_e23noni * x2_e123ni - x1_e123ni * x2_e23noni) * t31,  # e1ni
+            t31 * (x1_e13noni * x2_e12noni - x1_e12noni * x2_e13noni),  # e23
+            t31 * (x1_e13noni * x2_e123ni - x1_e123ni * x2_e13noni),  # e2ni
+            -(x1_e12noni * x2_e123ni - x1_e123ni * x2_e12noni) * t31,  # e3ni
             K(0.0),  # e123ni
         ),
         (
-            t20,
-            (t21 + t22 + t23 + t24) * (t25 + t26 + t27 + t28),
+            t32,
+            (t33 + t34 + t16) * (t35 + t36 + t22),
         ),
         (
-            t30,  # 1
+            t38,  # 1
         ),
     )
 
@@ -500,7 +508,7 @@ def cga3d_rotor_between_plane_plane_batch(
         store(status_rows, status_columns, first, count)
 
 
-# `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 51 mul, 32 add, 30 other.
+# `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 59 mul, 36 add, 38 other.
 def cga3d_rotor_between_sphere_sphere(
     x1_e123no, x1_e123ni, x1_e12noni, x1_e13noni, x1_e23noni, x2_e123no, x2_e123ni, x2_e12noni,
     x2_e13noni, x2_e23noni,
@@ -510,53 +518,67 @@ def cga3d_rotor_between_sphere_sphere(
     t2 = x1_e12noni * x2_e12noni
     t3 = x1_e13noni * x2_e13noni
     t4 = x1_e23noni * x2_e23noni
-    t5 = t0 + t1 + t2 + t3 + t4
+    t5 = -t0 - t1 - t2 - t3 - t4
     t6 = K(np.finfo(K).eps)
     t7 = np.abs(t0)
     t8 = np.abs(t1)
     t9 = np.abs(t2)
     t10 = np.abs(t3)
     t11 = np.abs(t4)
-    t12 = t5 + K(1.0)
+    t12 = K(1.0) - t5
     t13 = K(64.0) * (t6 * (t7 + t8 + t9 + t10 + t11 + K(1.0))) < t12
     t14 = np.logical_not(t13)
-    t15 = t5 < K(0.0)
+    t15 = -t5 < K(0.0)
     t16 = t14 & t15
     t17 = t6 * t6
-    t18 = K(4096.0) * (t17 * (K(1.0) - K(2.0) * (x1_e123no * x1_e123ni))) < x1_e123no * x1_e123no
-    t19 = K(4096.0) * (t17 * (K(1.0) - K(2.0) * (x2_e123no * x2_e123ni))) < x2_e123no * x2_e123no
-    t20 = t18 | t19
-    t21 = t16 & t20
-    t22 = select(t21, K(-1.0), K(1.0))
-    t23 = np.sqrt(K(0.5) * (t5 * t22) + K(0.5))
-    t24 = K(1.0) / (K(2.0) * t23)
-    t25 = t22 * t24
-    t26 = select(t21, K(1.0) - t5, t12)
-    t27 = np.abs(x1_e123no)
-    t28 = np.abs(x1_e123ni)
-    t29 = np.abs(x1_e12noni)
-    t30 = np.abs(x1_e13noni)
-    t31 = np.abs(x1_e23noni)
-    t32 = np.abs(x2_e123no)
-    t33 = np.abs(x2_e123ni)
-    t34 = np.abs(x2_e12noni)
-    t35 = np.abs(x2_e13noni)
-    t36 = np.abs(x2_e23noni)
-    t37 = select(t16, K(1.0), K(0.0))
-    t38 = select(t21, K(3.0), t37)
+    t18 = x1_e12noni * x1_e12noni + x1_e13noni * x1_e13noni + x1_e23noni * x1_e23noni
+    t19 = K(4096.0) * (t17 * t18) < x1_e123no * x1_e123no
+    t20 = np.abs(-x1_e13noni)
+    t21 = np.abs(x1_e12noni)
+    t22 = np.abs(x1_e23noni)
+    t23 = t21 + t22
+    t24 = t20 + t23
+    t25 = np.abs(x1_e123ni)
+    t26 = np.abs(-x1_e123no)
+    t27 = K(0.0009765625) * (t24 * t24) < t25 * t26
+    t28 = t19 | t27
+    t29 = x2_e12noni * x2_e12noni + x2_e13noni * x2_e13noni + x2_e23noni * x2_e23noni
+    t30 = K(4096.0) * (t17 * t29) < x2_e123no * x2_e123no
+    t31 = np.abs(-x2_e13noni)
+    t32 = np.abs(x2_e12noni)
+    t33 = np.abs(x2_e23noni)
+    t34 = t32 + t33
+    t35 = t31 + t34
+    t36 = np.abs(x2_e123ni)
+    t37 = np.abs(-x2_e123no)
+    t38 = K(0.0009765625) * (t35 * t35) < t36 * t37
+    t39 = t30 | t38
+    t40 = t28 | t39
+    t41 = t16 & t40
+    t42 = select(t41, K(-1.0), K(1.0))
+    t43 = np.sqrt(K(0.5) - K(0.5) * (t5 * t42))
+    t44 = K(1.0) / (K(2.0) * t43)
+    t45 = t42 * t44
+    t46 = select(t41, t5 + K(1.0), t12)
+    t47 = np.abs(x1_e123no)
+    t48 = np.abs(x1_e13noni)
+    t49 = np.abs(x2_e123no)
+    t50 = np.abs(x2_e13noni)
+    t51 = select(t16, K(1.0), K(0.0))
+    t52 = select(t41, K(3.0), t51)
     return (
         (
-            t23,  # 1
-            (x1_e23noni * x2_e13noni - x1_e13noni * x2_e23noni) * t25,  # e12
-            -(x1_e23noni * x2_e12noni - x1_e12noni * x2_e23noni) * t25,  # e13
-            t25 * (x1_e23noni * x2_e123no - x1_e123no * x2_e23noni),  # e1no
-            -(x1_e23noni * x2_e123ni - x1_e123ni * x2_e23noni) * t25,  # e1ni
-            t25 * (x1_e13noni * x2_e12noni - x1_e12noni * x2_e13noni),  # e23
-            -(x1_e13noni * x2_e123no - x1_e123no * x2_e13noni) * t25,  # e2no
-            t25 * (x1_e13noni * x2_e123ni - x1_e123ni * x2_e13noni),  # e2ni
-            t25 * (x1_e12noni * x2_e123no - x1_e123no * x2_e12noni),  # e3no
-            -(x1_e12noni * x2_e123ni - x1_e123ni * x2_e12noni) * t25,  # e3ni
-            -(t0 - t1) * t25,  # noni
+            t43,  # 1
+            t45 * (x1_e23noni * x2_e13noni - x1_e13noni * x2_e23noni),  # e12
+            -(x1_e23noni * x2_e12noni - x1_e12noni * x2_e23noni) * t45,  # e13
+            t45 * (x1_e23noni * x2_e123no - x1_e123no * x2_e23noni),  # e1no
+            -(x1_e23noni * x2_e123ni - x1_e123ni * x2_e23noni) * t45,  # e1ni
+            t45 * (x1_e13noni * x2_e12noni - x1_e12noni * x2_e13noni),  # e23
+            -(x1_e13noni * x2_e123no - x1_e123no * x2_e13noni) * t45,  # e2no
+            t45 * (x1_e13noni * x2_e123ni - x1_e123ni * x2_e13noni),  # e2ni
+            t45 * (x1_e12noni * x2_e123no - x1_e123no * x2_e12noni),  # e3no
+            -(x1_e12noni * x2_e123ni - x1_e123ni * x2_e12noni) * t45,  # e3ni
+            -(t0 - t1) * t45,  # noni
             K(0.0),  # e123no
             K(0.0),  # e123ni
             K(0.0),  # e12noni
@@ -564,11 +586,11 @@ def cga3d_rotor_between_sphere_sphere(
             K(0.0),  # e23noni
         ),
         (
-            t26,
-            (t27 + t28 + t29 + t30 + t31) * (t32 + t33 + t34 + t35 + t36),
+            t46,
+            (t47 + t25 + t48 + t23) * (t49 + t36 + t50 + t34),
         ),
         (
-            t38,  # 1
+            t52,  # 1
         ),
     )
 

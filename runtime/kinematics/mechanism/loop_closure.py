@@ -111,9 +111,21 @@ class Loops:
     def twists(self, speeds: Array) -> Array:
         """Twists (bodies, 6, ...) of all bodies for speeds (size, ...) at the joints."""
         relative = np.zeros((len(self.tree.parent), 6, *speeds.shape[1:]))
-        for b in range(len(relative)):
+        for b in self._driven_bodies(speeds):
             relative[b] = self.joint_subspace(b) @ speeds[self.offsets[b] : self.offsets[b + 1]]
         return self.tree.accumulate_down(relative)
+
+    def twist(self, body: int, speeds: Array) -> Array:
+        """Twist (6) of a body for speeds (size) at the joints."""
+        driven = set(self._driven_bodies(speeds))
+        path = [b for b, _ in self.tree.path_between(-1, body) if b in driven]
+        blocks = [(0, int(self.offsets[b]), self.joint_subspace(b)) for b in path]
+        return np.asarray(block_matrix(blocks, (6, self.size)) @ speeds)
+
+    def _driven_bodies(self, speeds: Array) -> list[int]:
+        """Bodies whose own joints have speeds: of many free motions each drives few."""
+        moving = np.flatnonzero(speeds.reshape(len(speeds), -1).any(1))
+        return np.unique(np.searchsorted(self.offsets, moving, side="right") - 1).tolist()  # type: ignore[no-any-return]
 
 
 def block_matrix(blocks: list[tuple[int, int, Array]], shape: tuple[int, int]) -> Any:

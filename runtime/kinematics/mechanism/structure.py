@@ -268,7 +268,7 @@ class Assembly:
     def twist_of(self, body: str, speeds: Array) -> Multivector:
         """The twist of a body, in the world, for speeds at the joints of the tree."""
         b = self.body_index(body)
-        return self.twists_to_world(np.zeros(6) if b < 0 else self.loops.body_jacobian(b) @ speeds)
+        return self.twists_to_world(np.zeros(6) if b < 0 else self.loops.twist(b, speeds))
 
     @cached_property
     def drivers(self) -> dict[Any, Any]:

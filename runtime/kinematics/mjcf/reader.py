@@ -137,11 +137,15 @@ class _Reader:
             elif child.tag not in (*OF_BODY, *BESIDE_BODY) and child.tag not in text.ignored:
                 raise text.unknown(child, OF_BODY)
         if name != WORLD:
-            self._read_inertia(name, inertial, geoms)
+            self._read_inertia(body, name, inertial, geoms)
         return found
 
     def _read_inertia(
-        self, name: str, inertial: LinkInertia | None, geoms: list[tuple[Element, dict[str, str], Array]]
+        self,
+        body: Element,
+        name: str,
+        inertial: LinkInertia | None,
+        geoms: list[tuple[Element, dict[str, str], Array]],
     ) -> None:
         text = self._text
         choice = text.settings.get("inertiafromgeom", "auto")
@@ -159,6 +163,8 @@ class _Reader:
                     parts.append(part)
             inertial = compose_inertias([part for part in parts if part.mass]) if parts else inertial
         if inertial is not None:
+            if not np.isfinite(inertial.tensor).all():
+                raise text.error(body, "the inertia overflows: masses or sizes are too large in")
             self._inertias[name] = self._bounded(inertial)
 
     def _bounded(self, inertia: LinkInertia) -> LinkInertia:

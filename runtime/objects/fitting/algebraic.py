@@ -88,14 +88,16 @@ def as_sets(points: Any, weights: Any) -> Sets:
     if xyz.ndim < 2 or xyz.shape[-1] != 3 or not xyz.shape[-2]:
         raise ShapeError(f"the points have shape {xyz.shape}; sets of n points have shape (..., n, 3), n at least 1.")
     lead, n = xyz.shape[:-2], xyz.shape[-2]
-    dtype, xyz = xyz.dtype, xyz.astype(float).reshape(-1, n, 3)
+    dtype, xyz = xyz.dtype, xyz.astype(float, order="C").reshape(-1, n, 3)
     weight, usable = _weights(weights, lead, n)
-    valid = np.isfinite(xyz).all((-1, -2)) & usable
+    with np.errstate(all="ignore"):  # nor is a sum of distances beyond the largest number
+        valid = np.isfinite((xyz.max((-1, -2)) - xyz.min((-1, -2))) * n) & usable
     xyz = np.where(valid[:, None, None], xyz, 0.0)
     origin = xyz[:, 0] + (xyz - xyz[:, :1]).mean(1)
     local = xyz - origin[:, None]
     reach = np.abs(local).max((-1, -2), initial=0.0)
-    unit = np.ldexp(1.0, np.where(reach > 0, np.frexp(reach)[1], 0))
+    largest = np.finfo(float).maxexp - 1  # of a power of two
+    unit = np.ldexp(1.0, np.where(reach > 0, np.minimum(np.frexp(reach)[1], largest), 0))
     local = local / unit[:, None, None]
     middle = np.einsum("kn,kni->ki", weight * weight, local)
     floor = NOISE * float(np.finfo(dtype).eps) * (1 + np.abs(origin).max(-1) / unit)

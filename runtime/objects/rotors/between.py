@@ -150,6 +150,12 @@ def trs_rotor(X: Any, Y: Any, strict: bool = False) -> Multivector:
     GradeError, InputError, AlgebraMismatchError, ShapeError
     SingularError
         With ``strict``.
+
+    Notes
+    -----
+    A curvature below 64 rounding units (a radius above 7e13) counts as noise of a flat unless the coefficients have the
+    proportions of a round. They have them if its center's distance from the origin differs from its radius by 0.5 % or
+    more; nearer to that it is taken for a flat: use a larger unit of length. Beyond 1e150 squares overflow: `INVALID`.
     """
     a, b = pair(X, Y)
     if a.grades == (1,):

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from bladesmith import cga3d as cga
 from bladesmith import kinematics as kin
 from bladesmith import pga3d as pga
+from bladesmith.kinematics.mechanism.loop_closure import Loops
 
 from ...support.kinematics import (
     STEWART,
@@ -179,3 +180,15 @@ def test_random_nets(seed, bodies, extra):
     assert len(m.self_stresses()) == rows - m.rank() and m.constraint_matrix().shape[0] == rows
     other = kin.Mechanism(m.bodies, next(b for b in m.bodies if b != m.fixed), m.joints)
     assert other.mobility() == m.mobility()
+
+
+def test_free_motions_of_a_long_chain_take_time_for_what_moves_alone(monkeypatch):
+    n, asked = 300, []
+    joints = [line_joint(cga, f"l{i}", f"l{i + 1}", (i, 0, 0), (0, 0, 1)) for i in range(n)]
+    motions = kin.Mechanism([f"l{i}" for i in range(n + 1)], "l0", joints).free_motions()
+    subspace = Loops.joint_subspace
+    monkeypatch.setattr(Loops, "joint_subspace", lambda self, body: asked.append(body) or subspace(self, body))
+    for k, motion in enumerate(motions[::30]):
+        assert len(motion.bodies) == n - 30 * k
+        assert np.abs(motion[f"l{n}"].values).max() > 0
+    assert len(motions) == n and len(asked) == 20

@@ -50,6 +50,23 @@ def test_far_from_the_origin(kind: str) -> None:
     )
 
 
+@pytest.mark.parametrize("kind", ["point", *KINDS])
+@pytest.mark.parametrize("method", ["direct", "rotor"])
+def test_ends_are_the_objects_however_far_the_other_is(kind: str, method: str) -> None:
+    near, far = drawn(kind, 20, 5), drawn(kind, 20, 6, FAR)
+    for one, two in ((near, far), (far, near), (far[0], near), (near, far[0])):
+        alpha = np.array([1.0, 0.5, 0.0])[:, None]
+        found = objects.interpolate(one, two, alpha=alpha, method=method)
+        assert (found[0].values == one.values).all()
+        assert method == "rotor" or (found[::2].status == Status.OK).all()
+        sign = np.where((found[2].values == two.values).all(-1), 1, -1)
+        assert (found[2].values == sign[:, None] * two.values).all() and (method == "rotor" or (sign == 1).all())
+        flipped = objects.align(two, one)[1]
+        aligned = objects.interpolate(one, two, alpha=0.0, align=True)
+        assert (aligned.values == np.where(flipped, -1, 1)[:, None] * two.values).all()
+        assert (objects.interpolate(one, two, alpha=1, method=method).values == one.values).all()
+
+
 def test_far_sums_keep_the_digits_that_they_have() -> None:
     """A sum of coefficients of size c^2/r knows radii to (c/r)^2 rounding units; no more is lost."""
     for kind in ("circle", "sphere", "point_pair", "line", "point"):

@@ -85,6 +85,22 @@ def test_similarities(kind: str, shift: float) -> None:
         assert np.max(error / largest(y) / np.maximum(1, square(z))) <= 1e-13
 
 
+@pytest.mark.parametrize("kind", ["point_pair", "circle", "sphere"])
+@pytest.mark.parametrize("size", [1e12, 1e14, 1e15, 1e30, 1e100])
+def test_similarities_do_not_depend_on_the_unit_of_length(kind: str, size: float) -> None:
+    """A radius of 1e15 is no flat; what has the distance of its center for a radius could be one (see the notes)."""
+    rng = np.random.default_rng(12)
+    (c1, m1, r1), (c2, m2, r2) = parameters(rng, 2000), parameters(rng, 2000)
+    clear = [np.abs(np.linalg.norm(c, axis=-1) / r - 1) > 0.005 for c, r in ((c1, r1), (c2, r2))]
+    good = clear[0] & clear[1]
+    x, y = placed(kind, c1 * size, m1, r1 * size), placed(kind, c2 * size, m2, r2 * size)
+    z, expected = objects.trs_rotor(x, y), objects.trs_rotor(placed(kind, c1, m1, r1), placed(kind, c2, m2, r2))
+    assert good.sum() > 1000 and (z.status[good] == expected.status[good]).all()
+    assert np.abs(z["noni"] - expected["noni"])[good].max() <= 1e-14 * np.abs(expected["noni"][good]).max()
+    shift = np.stack([(z[e] / size - expected[e])[good] for e in ("e1ni", "e2ni", "e3ni")])
+    assert np.abs(shift).max() <= 1e-13 * max(np.abs(expected[e]).max() for e in ("e1ni", "e2ni", "e3ni"))
+
+
 @pytest.mark.parametrize("kind", ["line", "plane", "flat_point"])
 def test_flats_are_moved_without_scaling(kind: str) -> None:
     rng = np.random.default_rng(11)
