@@ -114,7 +114,8 @@ class GlobalSearch:
         if not len(state.scores):
             return math.inf
         hits, objects = int(state.hits[0]) - self.sets.size, self.problem.scene.n_selected - self.sets.size
-        return log_nfa(hits, objects, state.accidental_rate, max(state.candidates, 1))
+        dispersion = float(self._ranking.background.dispersion(MATCH_FACTOR * state.tolerance))
+        return log_nfa(hits, objects, state.accidental_rate, max(state.candidates, 1), dispersion)
 
     def _has_converged(self, state: SearchState, sets: int) -> bool:
         """True if the best motor is significant, and so many sets would have met a better one."""

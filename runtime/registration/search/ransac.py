@@ -153,6 +153,8 @@ def _merge(state: SearchState, motors: Array, scores: Array, hits: Array) -> Non
 def _report(problem: RegistrationProblem, state: SearchState, size: int) -> None:
     hits = int(state.hits[0])
     objects = problem.scene.n_selected - size
-    state.log_nfa = log_nfa(hits - size, objects, state.accidental_rate, max(state.candidates, 1))
+    assert state.ranking is not None
+    dispersion = float(state.ranking.background.dispersion(INLIER_RANGE))
+    state.log_nfa = log_nfa(hits - size, objects, state.accidental_rate, max(state.candidates, 1), dispersion)
     problem.history.append(Step("sample", state.tolerance, state.candidates, hits, math.nan))
     problem.report(state)

@@ -8,6 +8,7 @@ matched again to all parts of the reference. Where the reference repeats itself,
 from __future__ import annotations
 
 import math
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -25,10 +26,19 @@ from .ranking import (
     MAX_CANDIDATES,
     SEARCH_RADIUS_FACTOR,
     distinct,
+    distinct_distance,
     duplicate_distance,
 )
 
 Array = NDArray[Any]
+#: Rotations of a cube but the identity, in its own frame: axes (23, 3) and angles.
+_SIGNS = [v for v in product((-1, 0, 1), repeat=3) if any(v)]
+TURNS = [(axis, math.pi / 2) for axis in _SIGNS if np.abs(axis).sum() == 1]
+TURNS += [(axis, math.pi) for axis in _SIGNS if np.abs(axis).sum() <= 2 and axis > (0, 0, 0)]
+TURNS += [(axis, 2 * math.pi / 3) for axis in _SIGNS if np.abs(axis).sum() == 3]
+#: Slides, in distances at which motors contradict each other.
+SLIDES = np.array([-2.0, -1.0, 1.0, 2.0])
+TURN_AXES, TURN_ANGLES = (np.array(x, np.float64) for x in zip(*TURNS, strict=True))
 #: Maximum number of passes; repeated while the best pose changes.
 MAX_PASSES = 3
 #: Largest number of minimal sets of inliers: an equivalent motor shares two thirds of them.
@@ -89,13 +99,37 @@ def _alternative_poses(problem: RegistrationProblem, search: GlobalSearch, state
     leader, scale = state.motors[:1], state.ranking.scale_upper_bound(state.inlier_scale, int(state.hits[0]))
     inliers = _inlier_indices(problem, leader[0], scale)
     motors, n_hypotheses = _hypotheses_from_inliers(problem, search, inliers, scale)
+    n_kept = MAX_CANDIDATES
+    if state.ranking.background.has_like_objects:
+        displaced = _displaced(problem, leader[0], scale)
+        n_kept += len(displaced)
+        motors, n_hypotheses = np.concatenate([motors[:MAX_CANDIDATES], displaced]), n_hypotheses + len(displaced)
     problem.verify_on_subset()
-    motors = _without_leader(leader, motors, scale, MAX_CANDIDATES)
+    motors = _without_leader(leader, motors, scale, n_kept)
     if not len(motors):
         return motors, n_hypotheses
     problem.accept_within(SEARCH_RADIUS_FACTOR * scale)
     refined, scores, _, _ = problem.scene.refine(motors, ICP_STEPS)
     return _without_leader(leader, refined[np.argsort(-scores, kind="stable")], scale), n_hypotheses
+
+
+def _displaced(problem: RegistrationProblem, leader: Array, inlier_scale: float) -> Array:
+    """Motors (m, 8) that turn the query further about the middle of the reference's objects, as a box may be turned
+    that has their principal axes (of positions, and of directions), or that slide it along these.
+
+    Models that are nearly symmetric, or nearly periodic, match nearly as well there, and no invariants need agree.
+    """
+    algebra, elements = problem.algebra, np.concatenate(list(problem.reference.data.elements.values()))
+    middle = elements[:, :3].mean(0)
+    vectors = (elements[:, :3] - middle, elements[:, 3:6])
+    frames = np.linalg.eigh(np.stack([v.T @ v for v in vectors]))[1]
+    turns = algebra.rotor((frames[:, None] @ TURN_AXES[:, :, None])[..., 0], TURN_ANGLES)
+    to_middle = algebra.translator(middle)
+    step = 2 * distinct_distance(inlier_scale)  # a motor has the halves of its translation
+    slides = algebra.translator(step * SLIDES[:, None, None] * frames[:, None].swapaxes(-1, -2))
+    start = algebra.wrap(algebra.kind("motor"), leader)
+    moved = (to_middle * turns * ~to_middle * start, slides * start)
+    return np.concatenate([np.asarray(x._data, np.float64).reshape(-1, MOTOR) for x in moved])
 
 
 def _without_leader(leader: Array, motors: Array, inlier_scale: float, max_count: int | None = None) -> Array:

@@ -39,6 +39,9 @@ LINE_RANGE_FACTOR, MAX_LINE_RANGE = 16.0, 0.5
 SEGMENT = KINDS.index("segment")
 #: A pose has not converged if refinement leaves a smaller fraction of the matches.
 MIN_REMAINING_FRACTION = 0.7
+#: Of objects that are alike, so many that more than the latter count as one match, a pose has not converged whose
+#: matches are up to more than the former apart, in units of the models' size.
+MAX_LIKE_RANGE, MAX_DISPERSION = 0.1, 4.0
 
 
 def assemble_result(
@@ -151,7 +154,7 @@ def _result(
     to_world = np.asarray(twists_to_world(problem.driver, np.eye(6), problem.reference, problem.algebra)._data).T
     undetermined = problem.algebra.wrap(problem.algebra.kind("twist"), free @ to_world.T)
     problem.history.append(Step("polish", spread, state.candidates, int((indices >= 0).sum()), best.cost))
-    message = _message(problem, state, best, undetermined, int((indices >= 0).sum()))
+    message = _message(problem, state, best, undetermined, int((indices >= 0).sum()), spread)
     return Registration(
         motor=world[0], matches=PerItem(matches), inliers=PerItem({k: m >= 0 for k, m in matches.items()}),
         cost=best.cost, history=problem.history, converged=not message,
@@ -163,8 +166,9 @@ def _result(
 
 
 def _message(
-    problem: RegistrationProblem, state: SearchState, best: RefinedPose, undetermined: Multivector, matched: int
-) -> str:
+    problem: RegistrationProblem, state: SearchState, best: RefinedPose, undetermined: Multivector, matched: int,
+    spread: float,
+) -> str:  # fmt: skip
     """Reason why the result has not converged, or an empty text."""
     if matched and not best.rates.halves.any():
         return "no match counts: their weights are zero, or errors far larger than the covariances say"
@@ -172,6 +176,9 @@ def _message(
     if state.is_significant:
         if matched < MIN_REMAINING_FRACTION * state.hits[0] or matched <= minimum:
             return "refinement lost inliers: too few matches, or noise comparable to the spacing of the objects"
+        assert state.ranking is not None
+        if spread > MAX_LIKE_RANGE and state.ranking.background.dispersion(spread) > MAX_DISPERSION:
+            return "matches are as far apart as objects that are alike: the noise is comparable to their spacing"
         free = f"the matches leave free, or nearly free, {describe_twists(undetermined)}"
         return free if len(undetermined) else ""
     if problem.scene.n_selected <= minimum:

@@ -137,7 +137,8 @@ class CandidateRanking:
         if not len(distances):
             return InlierScale(math.inf, self.size, MAX_INLIER_SCALE)
         count, objects = np.arange(1, len(distances) + 1), self.scene.n_selected - self.size
-        values = log_nfas(count, objects, self.background.probability(distances), n_hypotheses)
+        rates, dispersions = self.background.probability(distances), self.background.dispersion(distances)
+        values = log_nfas(count, objects, rates, n_hypotheses, dispersions)
         best = int(np.argmin(values))
         return InlierScale(float(values[best]), best + 1 + self.size, max(float(distances[best]), MIN_DISTANCE))
 
@@ -207,7 +208,8 @@ class CandidateRanking:
         others = representatives[representatives >= n_equivalent]
         rest_hits = np.maximum(np.concatenate([hits[others], rest_hits]) - self.size, 0)
         rate = self._background_rate(rest_hits, best.distance) if rate is None else rate
-        log_gap = self._log_gap(hits[0], hits[equivalent].min(), rest_hits, rate)
+        dispersion = float(self.background.dispersion(best.distance))
+        log_gap = self._log_gap(hits[0], hits[equivalent].min(), rest_hits, rate, dispersion)
         log_gap = log_gap if len(equivalent) <= MAX_EQUIVALENT else 0.0
         return RankingResult(motors, scores, hits, n_equivalent, best.distance, best.log_nfa, log_gap, rate)
 
@@ -216,10 +218,11 @@ class CandidateRanking:
         rate, objects = float(self.background.probability(distance)), self.scene.n_selected - self.size
         return max(rate, float(rest_hits.mean()) / objects) if objects > 0 and len(rest_hits) else rate
 
-    def _log_gap(self, best: int, last: int, rest_hits: Array, rate: float) -> float:
+    def _log_gap(self, best: int, last: int, rest_hits: Array, rate: float, dispersion: float) -> float:
         """log10 of the probability of the lead of the best motor, or of the last equivalent one where that is more."""
         objects, next_best = self.scene.n_selected - self.size, int(rest_hits.max(initial=0))
-        gaps = (log_gap_probability(int(h) - self.size, next_best, objects, rate) for h in (best, last))
+        leads = (int(h) - self.size for h in (best, last))
+        gaps = (log_gap_probability(lead, next_best, objects, rate, dispersion) for lead in leads)
         best_gap, last_gap = gaps
         return max(best_gap, last_gap * math.log(GAP_LEVEL) / math.log(LAST_GAP_LEVEL))
 
