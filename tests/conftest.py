@@ -28,11 +28,16 @@ MACHINE_LACKS = (
     "no package example-robot-data",
     *(f"could not import '{peer}" for peer in ("pinocchio", "mujoco", "pytransform3d", "jaxlie", "example_robot_data")),
 )  # reasons that no install can mend, and peers of the extra `benchmark`, which `ci` is without
-#: Minutes each, of few tests: begun last, one core would wait for the other. numba's code of the first serves the last.
+#: A minute each or more, of few tests: begun last, one core would wait for the other. The last two find the code that
+#: numba made for those before them.
 LONGEST = (
-    "mechanism/test_targets.py",
+    "integration/test_targets.py",
     "test_sanitizers.py",
     "rendering/test_numba.py",
+    "mechanism/test_targets.py",
+    "algorithms/test_chains.py",
+    "test_same_bits.py",
+    "test_warnings.py",
     "test_without_a_compiler.py",
     "test_ziglang.py",
 )

@@ -2,6 +2,7 @@
 
 import pytest
 
+from ..support.build.unoptimised import unoptimised as unoptimised
 from ..support.dynamics.documents import swung
 
 

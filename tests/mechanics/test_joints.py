@@ -1,7 +1,5 @@
 """Joints against the freedoms that they leave, written out as six-vectors; near the origin, and far from it."""
 
-import os
-
 import numpy as np
 import pytest
 
@@ -9,10 +7,10 @@ from bladesmith import cga3d as cga
 from bladesmith import kinematics as kin
 from bladesmith import pga3d as pga
 
+from ..support.effort import FULL
 from ..support.kinematics import AXIS, columns, placements, shift, six, slide, turn, twist, velocity
 
 pytestmark = pytest.mark.filterwarnings("error")
-FULL = os.environ.get("BLADESMITH_FULL_BARS", "") not in ("", "0")
 #: Placements of each joint; those that check themselves one by one have fewer, and all of them in long runs.
 MANY, SOME = 1000, 1000 if FULL else 125
 FAR = 1e4

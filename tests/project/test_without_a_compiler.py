@@ -29,6 +29,7 @@ from bladesmith.kinematics.serial import driver
 from bladesmith.tracer.rendering import program
 
 from ..support.build.numba_code import shared_numba_code
+from ..support.build.unoptimised import unoptimised_compiler
 
 CAMERA = tracer.Camera.look_at((0.0, -8.0, 2.0), (0.0, 0.0, 0.5))
 LINES = cga.line(np.random.default_rng(0).normal(size=(9, 3)), np.random.default_rng(1).normal(size=(9, 3)))
@@ -47,8 +48,11 @@ def programs():
     """The package's programs as a wheel holds them in which everything is compiled."""
     names = [name for name in ("scene", "merge", "reform") if installed_program(name) is None]
     modules = [f"bladesmith.generated.{name}._kernels" for name in names]
-    for name, module in zip(names, modules, strict=True):
-        sys.modules[module] = load(generated_extension(bundled_folder(name), headers()))
+    with pytest.MonkeyPatch.context() as patch:
+        if script := unoptimised_compiler():
+            patch.setenv("CC", script)
+        for name, module in zip(names, modules, strict=True):
+            sys.modules[module] = load(generated_extension(bundled_folder(name), headers()))
     installed_program.cache_clear()
     assert all(installed_program(name) for name in names)
     yield

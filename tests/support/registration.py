@@ -4,8 +4,6 @@ results share.
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 
 from bladesmith import cga3d
@@ -21,13 +19,6 @@ POSE = cga3d.translator((1, 2, -0.5)) * cga3d.rotor((1, 2, 3), 2.0)
 #: Kinds that have multivectors of their own.
 KINDS = ("point", "point_pair", "line", "circle", "plane", "sphere")
 TURN = cga3d.translator((1, 2, 3)) * cga3d.rotor((1, 2, 0), 1.3, (3, 1, 1))
-
-#: The seeds of every bar are many more where this is set.
-FULL = os.environ.get("BLADESMITH_FULL_BARS", "") not in ("", "0")
-
-
-def seeds(few, many):
-    return range(many if FULL else few)
 
 
 def rotation(axis, angle):

@@ -25,6 +25,7 @@ from bladesmith.codegen.targets.c.instances import BY_TAG
 from bladesmith.kinematics.trees.driver import TreeDriver, TreeParameters
 from bladesmith.kinematics.trees.inertias import link_rows
 
+from ...support.effort import FULL
 from ...support.mechanisms.robots import random_inertias
 
 pytestmark = pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
@@ -116,7 +117,7 @@ def test_every_instance_gives_the_same_bits(tag, has_frames):
 
 @pytest.mark.peers
 @pytest.mark.compiles
-@pytest.mark.parametrize("has_frames", [False, True])
+@pytest.mark.parametrize("has_frames", [False, True] if FULL else [True])
 def test_numba_has_the_bits_of_c(has_frames):
     pytest.importorskip("numba")
     p = tree(has_frames)

@@ -12,7 +12,8 @@ from bladesmith import pga3d as pga
 from bladesmith.dispatch.formulas import ArrayOperand, evaluate
 
 from ...oracles.tops import TOPS
-from ...support.dynamics.states import ALGEBRAS, FULL, MOMENTS, sized_body
+from ...support.dynamics.states import ALGEBRAS, MOMENTS, sized_body
+from ...support.effort import FULL
 from ...support.vectors import unit
 from .test_references import simulation
 

@@ -18,7 +18,7 @@ from bladesmith.common import memory
 from bladesmith.dynamics.integration import driver, program
 from bladesmith.errors import InputError, Interrupted
 
-from ...support.dynamics.states import FULL
+from ...support.effort import FULL
 
 GRAVITY = dynamics.Gravity((0.3, 1.0, -9.81))
 #: Bodies of a chain that overflowed the stack: 52 and more did.

@@ -14,7 +14,8 @@ from bladesmith.dynamics.integration.tableaus import FIXED_SCHEMES, scheme_table
 
 from ...oracles import tops
 from ...support.checkout import CHECKOUT
-from ...support.dynamics.states import ALGEBRAS, FULL
+from ...support.dynamics.states import ALGEBRAS
+from ...support.effort import FULL
 
 EACH_ALGEBRA = pytest.mark.parametrize("algebra", ALGEBRAS.values(), ids=ALGEBRAS)
 

@@ -13,7 +13,7 @@ from bladesmith.errors import InputError
 CGA, PGA = bs.cga3d, bs.pga3d
 G = 9.81
 GRAVITY = dynamics.Gravity((0, 0, -G))
-pytestmark = pytest.mark.compiles
+pytestmark = [pytest.mark.compiles, pytest.mark.usefixtures("unoptimised")]
 
 
 def ball(mass=1.0, position=(0, 0, 0), **options):

@@ -17,6 +17,7 @@ from bladesmith.dynamics.integration.program import program_for
 from bladesmith.errors import InputError
 
 from ...support import cuda
+from ...support.effort import FULL
 
 CGA, PGA = bs.cga3d, bs.pga3d
 GRAVITY = dynamics.Gravity((0.3, -0.2, -9.81))
@@ -87,6 +88,10 @@ CASES: dict[str, tuple[Any, ...]] = {
 }  # fmt: skip
 
 
+#: Those that numba compiles: for a quarter of a minute each. With them all algorithms and kernels of the others run.
+NUMBA_CASES = [
+    "batch", "implicit and held", "flows", "function", "null space", "path", "series and reactions", "gradients",
+]  # fmt: skip
 #: Those that run as text for GPUs.
 GPU_CASES = ["flight", "batch", "implicit", "flows", "null space", "system", "series", "gradients"]
 
@@ -94,7 +99,7 @@ GPU_CASES = ["flight", "batch", "implicit", "flows", "null space", "system", "se
 @pytest.mark.peers
 @pytest.mark.slow
 @pytest.mark.compiles
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", CASES if FULL else NUMBA_CASES)
 def test_numba_has_the_bits_of_c(case: str) -> None:
     pytest.importorskip("numba")
     algebra, make, loads, constraints, options, run = CASES[case]

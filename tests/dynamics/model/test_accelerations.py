@@ -18,7 +18,6 @@ from ...support.dynamics.conditions import pins, pins_at, surfaces, wrench
 from ...support.dynamics.states import (
     ALGEBRAS,
     BAR,
-    FULL,
     GRAVITY,
     OBJECTS,
     STATES,
@@ -31,6 +30,7 @@ from ...support.dynamics.states import (
     states,
     worst,
 )
+from ...support.effort import FULL
 from ...support.vectors import unit
 
 

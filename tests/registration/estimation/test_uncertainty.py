@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 from bladesmith import errors, reform
 from bladesmith.registration.estimation.objective import LOSSES
 
-from ...support.registration import POSE, apart, fresh, moved, pose, seeds
+from ...support.effort import seeds
+from ...support.registration import POSE, apart, fresh, moved, pose
 from ...support.vectors import unit
 
 #: Parameters of an object and residuals of a match, by the names of the arguments.

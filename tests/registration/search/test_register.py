@@ -12,6 +12,7 @@ from bladesmith.registration.estimation.refinement import refine_pose
 from bladesmith.registration.model.normalization import motors_to_world, scale_coefficients
 from bladesmith.registration.search.problem import RegistrationProblem
 
+from ...support.effort import seeds
 from ...support.registration import (
     apart,
     fresh,
@@ -21,7 +22,6 @@ from ...support.registration import (
     pose,
     right,
     scene,
-    seeds,
     seen,
     table,
 )

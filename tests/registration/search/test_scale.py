@@ -10,7 +10,8 @@ from bladesmith.registration import Model, register
 from bladesmith.registration.search.problem import RegistrationProblem
 from bladesmith.registration.search.scale import register_similarity, scales
 
-from ...support.registration import apart, fresh, scene, seeds
+from ...support.effort import seeds
+from ...support.registration import apart, fresh, scene
 
 
 def smaller(spec, seed, wrong, noise):

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from bladesmith import cga3d, errors, reform
 
-from ...support.registration import POSE, apart, pose, seeds
+from ...support.effort import seeds
+from ...support.registration import POSE, apart, pose
 from ...support.vectors import unit
 
 

@@ -15,8 +15,8 @@ from bladesmith.registration.estimation.refinement import effective_sample_size
 from bladesmith.registration.verification.ranking import INLIER_FACTOR, CandidateRanking, distinct
 from bladesmith.registration.verification.significance import log_gap_probability, log_nfa
 
+from ...support.effort import FULL, seeds
 from ...support.registration import (
-    FULL,
     apart,
     blocks,
     fresh,
@@ -24,7 +24,6 @@ from ...support.registration import (
     noisy,
     pose,
     scene,
-    seeds,
     seen,
     table,
     twist,

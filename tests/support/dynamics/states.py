@@ -5,8 +5,6 @@ One program serves all constraints: it is compiled once.
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -21,9 +19,9 @@ from bladesmith.dynamics.integration import driver, integrators
 
 from ...oracles import newton_euler as ne
 from ...oracles.newton_euler import State, times
+from ..effort import FULL
 from .conditions import wrench
 
-FULL = os.environ.get("BLADESMITH_FULL_BARS", "") not in ("", "0")
 ALGEBRAS = {"cga": cga, "pga": pga}
 #: All kinds of object that constraints are made of, and more equations than any test has.
 LAYOUTS = {
