@@ -15,7 +15,7 @@ from typing import Annotated, Any, ClassVar, Generic, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ..errors import BladesmithError, CompilerMissingError, InputError, MissingExtraError
+from ..errors import BladesmithError, CompileError, InputError, MissingExtraError
 from .faults import dotted_path, explain_fault, lower_message
 from .index import Path, json_line_index, line_index, line_of
 from .text import read_text
@@ -94,11 +94,11 @@ class Document(Generic[M]):
         ------
         InputError
             Of the document's class, for every error of the package but those of the machine: a missing extra or
-            compiler. A key of the table that the message begins with becomes part of the path.
+            compiler, a full disk. A key of the table that the message begins with becomes part of the path.
         """
         try:
             return make()
-        except (MissingExtraError, CompilerMissingError):
+        except (MissingExtraError, CompileError):
             raise
         except BladesmithError as error:
             if f"{error.where}, ".startswith(f"{self.name}, "):  # it has all that already

@@ -6,6 +6,8 @@ anything else is a series.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,8 @@ from .operators import Operators, P
 
 #: The series of `exp` runs on arguments of at most 2^-4, halved until they are.
 SERIES_EXPONENT, SERIES_TERMS = 4, 12
+#: From so many halvings on 2^-k, or its inverse, is no normal number.
+MOST_SHARED = 120
 #: Binary logarithm of the most coefficients whose sum counts.
 SUM_EXPONENT = 16
 #: Coefficients up to this size have squares and products of squares that are finite.
@@ -56,27 +60,42 @@ def _exp_formula(x: Operators) -> str:
 
 def _exp_series(x: P) -> P:
     """exp(x) = exp(x / 2^k)^(2^k), for any multivector of any algebra; each item has a k of its own."""
-    sizes = np.ldexp(np.abs(x._data), -SUM_EXPONENT).sum(-1)  # a sum of the largest numbers is finite
-    fraction, exponents = np.frexp(sizes)
-    powers = exponents + (SUM_EXPONENT + SERIES_EXPONENT) - (fraction == 0.5)
-    halvings = np.where(np.isfinite(sizes), np.maximum(powers, 0), 0)
-    small: P = x * np.ldexp(x.dtype.type(1), -halvings)
+    halvings = _halvings(x._data)
+    least, most = (int(halvings.min()), int(halvings.max())) if halvings.size else (0, 0)
+    small: P = x / 2.0**most if least == most < MOST_SHARED else x * np.ldexp(x.dtype.type(1), -halvings)
     total: P = small / SERIES_TERMS + 1.0
     for k in range(SERIES_TERMS - 1, 0, -1):
         total = (small * total) / k + 1.0
-    for step in range(halvings.max(initial=0)):
+    for _ in range(least):
+        total = total * total
+    for step in range(least, most):
         total = _square_some(total, halvings > step)
     return total
 
 
+def _halvings(data: NDArray[Any]) -> NDArray[np.int32]:
+    """How often items are halved until their coefficients' sizes sum to 2^-4; not those that are not finite."""
+    with np.errstate(over="ignore"):
+        sizes = np.abs(data).sum(-1)
+    more, finite = 0, np.isfinite(sizes)
+    if not finite.all():  # the sum of finite numbers may be infinite
+        sizes, more = np.ldexp(np.abs(data), -SUM_EXPONENT).sum(-1), SUM_EXPONENT
+        finite = np.isfinite(sizes)
+    fraction, exponents = np.frexp(np.where(finite, sizes, 0))
+    return np.asarray(np.maximum(exponents + (more + SERIES_EXPONENT) - (fraction == 0.5), 0), np.int32)
+
+
 def _square_some(x: P, some: NDArray[np.bool_]) -> P:
-    """x, squared where that is selected."""
-    if some.all():
-        return x * x
-    part = x._make(x._type, x._data[some], (int(some.sum()),))
-    square = part * part
-    data = np.array(embed(x, square.kind))
-    data[some] = square._data
+    """x, squared where that is selected; of few items only these are computed."""
+    indices = np.flatnonzero(some)
+    if 2 * len(indices) > some.size:
+        square = x * x
+        data = np.where(some[..., None], square._data, embed(x, square.kind))
+    else:
+        part = x._make(x._type, x._data.reshape(-1, x._type.size).take(indices, 0), indices.shape)
+        square = part * part
+        data = np.array(embed(x, square.kind))
+        data.reshape(-1, square._type.size)[indices] = square._data
     result: P = x._make(square._type, data, x._lead, x._status)
     return result
 

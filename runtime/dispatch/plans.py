@@ -33,6 +33,8 @@ Loop = Callable[[int, Any, Any, int, Any, int], None]
 
 #: Plans by operation and types.
 PLANS: dict[tuple[str, Type, Type], Plan] = {}
+#: A call of compiled code multiplies this many terms, some 0.1 s, so that an interrupt is seen.
+MOST_TERMS = 2**27
 #: A general sandwich keeps this many items between its two products.
 CHUNK = 4096
 #: Formula of each operation.
@@ -244,6 +246,7 @@ def table_rows(table: Table, single: int) -> Rows:
 
         return with_numpy
     multiply, product = module.lib.bs_multiply, table.pointer
+    step = max(1, MOST_TERMS // max(1, table.terms))
 
     def rows(out: NDArray[Any], x: NDArray[Any], y: NDArray[Any], n: int) -> None:
         size_a, size_b = table.sizes
@@ -252,7 +255,9 @@ def table_rows(table: Table, single: int) -> Rows:
 
         def part(begin: int, end: int) -> None:
             # sizes of operands and result differ, so the loop takes the first row and the range
-            multiply(product, single, begin, end, pointers[0], pointers[1], stride_a, pointers[2], stride_b)
+            for first in range(begin, end, step):
+                last = min(first + step, end)
+                multiply(product, single, first, last, pointers[0], pointers[1], stride_a, pointers[2], stride_b)
 
         parallel_for(part, n)
 

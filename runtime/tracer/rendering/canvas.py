@@ -87,8 +87,9 @@ class Canvas:
 
     def partial(self) -> PartialPicture:
         """The pixels that are done; all others get their layer's missing value."""
+        left = ~self.done
         for name, array in self.arrays.items():
-            array[~self.done] = LAYERS[name].missing
+            np.copyto(array, LAYERS[name].missing, where=left if array.ndim == left.ndim else left[..., None])
         return PartialPicture(self.arrays, self.done)
 
 

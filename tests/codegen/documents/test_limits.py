@@ -20,7 +20,7 @@ from bladesmith.codegen.documents import document
 from bladesmith.codegen.documents.document import Document, Table, read_document
 from bladesmith.codegen.documents.text import read_bytes, read_text
 from bladesmith.codegen.rings.protocol import NumericRing
-from bladesmith.errors import InputError, SpecError
+from bladesmith.errors import CompileError, InputError, SpecError
 
 
 class Shape(Table):
@@ -81,6 +81,14 @@ def test_a_message_is_one_line_of_bounded_length() -> None:
         with pytest.raises(InputError) as caught:
             read(f"{key} = 1")
         assert "\n" not in str(caught.value) and len(str(caught.value)) < 2100
+
+
+def test_what_the_machine_lacks_is_no_fault_of_the_file() -> None:
+    def no_room() -> None:
+        raise CompileError("no space left")
+
+    with pytest.raises(CompileError, match="^no space left$"):
+        read("radius = 1.0").build((), no_room)
 
 
 def test_of_a_large_file_no_more_is_read_than_its_limit(tmp_path: Path) -> None:
