@@ -4,7 +4,7 @@ import pytest
 
 from bladesmith.codegen.build import cache
 
-from ...support.extension_parts import forget
+from ...support.build.extension_parts import forget
 
 
 @pytest.fixture

@@ -14,8 +14,8 @@ from bladesmith.codegen.build.extension import extension_key, load
 from bladesmith.codegen.targets.c.source import ExtensionSource
 from bladesmith.errors import SpecError
 
+from ...support.build.extension_parts import forget
 from ...support.build.kernel_cache import ADD, counting_compiler, needs_compiler, needs_posix, only_entry
-from ...support.extension_parts import forget
 
 
 @needs_compiler

@@ -11,8 +11,8 @@ from bladesmith.codegen.build import cache, text_cache
 from bladesmith.codegen.build.extension import load
 from bladesmith.errors import CompileError
 
+from ...support.build.extension_parts import forget
 from ...support.build.kernel_cache import ADD, needs_compiler, needs_posix, only_entry
-from ...support.extension_parts import forget
 
 pytestmark = [needs_compiler, needs_posix]
 

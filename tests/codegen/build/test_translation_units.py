@@ -18,8 +18,8 @@ from bladesmith.codegen.build.translation_units import Compilation
 from bladesmith.codegen.targets.c.source import Unit
 from bladesmith.errors import CompileError, SpecError
 
-from ...support import extension_parts
-from ...support.extension_parts import OTHER, PART, WHOLE
+from ...support.build import extension_parts
+from ...support.build.extension_parts import OTHER, PART, WHOLE
 
 PATIENCE = 60.0  # seconds a child process may take on a busy machine
 pytestmark = [
