@@ -3,6 +3,7 @@
 import pytest
 
 from bladesmith.codegen.build import extension as build
+from bladesmith.codegen.build import toolchain
 from bladesmith.codegen.build.extension import generated_extension, load
 from bladesmith.codegen.build.flags import compiled_files, source_hash
 from bladesmith.codegen.targets.c.source import ExtensionSource
@@ -14,9 +15,10 @@ from ...support.build.kernel_cache import ADD, needs_compiler
 @pytest.mark.parametrize(
     ("cc", "says"), [("/nonexistent/cc", "CC='/nonexistent/cc'"), ("'open", "CC="), ("", "no C compiler")]
 )
-def test_missing_compiler_names_the_remedy(cache_dir, monkeypatch, cc, says):
+def test_missing_compiler_names_the_remedy(cache_dir, monkeypatch, tmp_path, cc, says):
+    monkeypatch.setattr(toolchain, "find_spec", lambda _: None)  # ziglang would be one
     monkeypatch.setenv("CC", cc)
-    monkeypatch.setenv("PATH", "")
+    monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(CompilerMissingError, match="Install gcc or clang") as caught:
         load(ADD)
     assert says in str(caught.value) and "numba" in str(caught.value)
