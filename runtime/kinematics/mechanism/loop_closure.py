@@ -124,7 +124,7 @@ class Loops:
 
     def _driven_bodies(self, speeds: Array) -> list[int]:
         """Bodies whose own joints have speeds: of many free motions each drives few."""
-        moving = np.flatnonzero(speeds.reshape(len(speeds), -1).any(1))
+        moving = np.flatnonzero(speeds.any(tuple(range(1, speeds.ndim))))
         return np.unique(np.searchsorted(self.offsets, moving, side="right") - 1).tolist()  # type: ignore[no-any-return]
 
 
