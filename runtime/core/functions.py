@@ -16,7 +16,14 @@ from ..codegen.errors import AlgebraMismatchError, GradeError, KindError
 from ..common.dtypes import F64
 from ..common.validation import as_bool, as_float
 from ..dispatch.coefficients import embed, normalize_exponents
-from ..dispatch.formulas import evaluate, merge_statuses, propagate_invalid, raise_first, resolve_kernel
+from ..dispatch.formulas import (
+    evaluate,
+    invalidate_nonfinite,
+    merge_statuses,
+    propagate_invalid,
+    raise_first,
+    resolve_kernel,
+)
 from ..dispatch.multivector_data import check_multivector
 from ..status import Status
 from . import kind_constraints, linear_maps
@@ -85,7 +92,8 @@ def normalized(x: P, kind: str | Kind | None = None, strict: bool = False, toler
         result = x
     else:
         result = _scale_to_first_kind(normalize_exponents(x)[0])
-    result = propagate_invalid(result, x)
+    if not np.isfinite(result._data).all():  # as it is where x is not, or no number holds what is far from its kind
+        result = invalidate_nonfinite(propagate_invalid(result, x))
     if as_bool(strict, "strict"):
         raise_first(result._status, "normalized")
     return result

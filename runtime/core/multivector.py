@@ -278,7 +278,9 @@ class Algebra(TypedAlgebra):
         return Multivector._make(self.type_of(self.layout_of((0,)), data.dtype), data, data.shape[:-1])
 
     def wrap(self, kind: Kind, values: NDArray[Any], status: NDArray[np.uint8] | None = None) -> Multivector:
-        """Results of a compiled kernel as multivectors; the array is taken over, not copied."""
+        """Results of a compiled kernel as multivectors; the array is taken over, not copied where it is native."""
+        if not values.dtype.isnative:
+            values = values.astype(values.dtype.newbyteorder("="))
         return Multivector._make(self.type_of(kind, values.dtype), values, values.shape[:-1], status)
 
     def symbols(

@@ -49,10 +49,10 @@ def embed(x: MultivectorData, kind: Kind) -> NDArray[Any]:
 
 
 def normalize_exponents(x: M) -> tuple[M, NDArray[Any] | None]:
-    """Items over a power of two that brings their largest coefficient near 1, and its exponent.
+    """Items, those beyond the ordinary over a power of two that brings their largest coefficient near 1; its exponent.
 
-    Exact, so that products neither overflow nor vanish; x itself, and None, where all items are ordinary already,
-    or where a constraint holds their scale.
+    Exact, so that products neither overflow nor vanish; x itself, and None, where all items are ordinary, or where a
+    constraint holds their scale.
     """
     if x.kind.constraints or not x._data.size:
         return x, None
@@ -61,5 +61,6 @@ def normalize_exponents(x: M) -> tuple[M, NDArray[Any] | None]:
         room = np.finfo(x.dtype).maxexp // 2 ** (x.algebra.dimension // 2 + 2)  # determinants are of such a degree
         if 2.0**-room < size.min() and size.max() < 2.0**room:
             return x, None
-        exponent = np.where(np.isfinite(size), np.frexp(size)[1], 0).astype(np.int32)
+        scales = np.isfinite(size) & ~((2.0**-room < size) & (size < 2.0**room))  # no item depends on another
+        exponent = np.where(scales, np.frexp(size)[1], 0).astype(np.int32)
     return x._make(x._type, np.ldexp(x._data, -exponent[..., None]), x._lead, x._status), exponent

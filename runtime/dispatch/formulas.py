@@ -283,7 +283,7 @@ def invalidate(x: M, bad: NDArray[np.bool_]) -> M:
     answered = (known == Status.OK) | (known == Status.NOT_UNIQUE)
     status = np.where(bad & answered, np.uint8(Status.INVALID), known)
     data = np.where(bad[..., None], x.dtype.type(np.nan), x._data)
-    return x._make(x._type, data, x.shape, np.asarray(status, np.uint8))
+    return _with_deviation(x._make(x._type, data, x.shape, np.asarray(status, np.uint8)), x)
 
 
 def propagate_invalid(result: M, x: MultivectorData) -> M:
@@ -295,8 +295,12 @@ def propagate_invalid(result: M, x: MultivectorData) -> M:
     given, known = (np.zeros(x.shape, np.uint8) if status is None else status for status in statuses)
     data = np.where(bad[..., None], result.dtype.type(np.nan), result._data)
     made = result._make(result._type, data, result.shape, np.asarray(np.where(bad, given, known), np.uint8))
-    if hasattr(result, "_deviation"):
-        made._deviation = result._deviation
+    return _with_deviation(made, result)
+
+
+def _with_deviation(made: M, x: M) -> M:
+    if hasattr(x, "_deviation"):
+        made._deviation = x._deviation
     return made
 
 

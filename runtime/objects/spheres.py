@@ -8,9 +8,10 @@ import numpy as np
 
 from ..codegen.errors import GradeError
 from ..common.deprecation import renamed_keywords
+from ..common.validation import as_bool
 from ..core.multivector import Multivector
 from ..dispatch.coefficients import embed
-from ..dispatch.formulas import ArrayOperand, FormulaResult, evaluate
+from ..dispatch.formulas import ArrayOperand, FormulaResult, evaluate, raise_first
 from .arguments import pair
 from .interpolation.sums import assemble, to_common_layout
 from .rotors import local_origin
@@ -83,15 +84,22 @@ def _sphere(name: str, x1: Any, x2: Any, grades: tuple[int, ...], strict: bool) 
     a, b = pair(x1, x2, grades)
     if a.algebra.dimension != 5:
         raise GradeError(f"{name} is about space; {a.algebra.name} has no spheres.")
-    frame = local_origin.frame(a, b)
-    x, y = (a, b) if frame is None else (frame.to_local(a), frame.to_local(b))
-    x, y = to_common_layout(x, y)
-    distance = 0.0 if frame is None else np.linalg.norm(frame.origin, axis=-1)
-    outcome = evaluate(a.algebra, f"spheres.{name}", x, y, ArrayOperand(distance, 0, "distance"))
-    kind = a.algebra.kind("plane" if x.kind.name == "line" else "sphere")
-    value: Multivector = outcome.value
-    sphere = value._make(a.algebra.type_of(kind, value.dtype), embed(value, kind), value.shape)
-    return assemble(FormulaResult((sphere,), outcome.status), (a, b), name, strict, frame)
+
+    def compute(frame: local_origin.Frame | None) -> Multivector:
+        x, y = (a, b) if frame is None else (frame.to_local(a), frame.to_local(b))
+        x, y = to_common_layout(x, y)
+        distance = 0.0 if frame is None else np.linalg.norm(frame.origin, axis=-1)
+        outcome = evaluate(a.algebra, f"spheres.{name}", x, y, ArrayOperand(distance, 0, "distance"))
+        kind = a.algebra.kind("plane" if x.kind.name == "line" else "sphere")
+        value: Multivector = outcome.value
+        sphere = value._make(a.algebra.type_of(kind, value.dtype), embed(value, kind), value.shape)
+        return assemble(FormulaResult((sphere,), outcome.status), (a, b), frame)
+
+    refuses = as_bool(strict, "strict")
+    result = local_origin.for_each(compute, a, b)
+    if refuses:
+        raise_first(result._status, name)
+    return result
 
 
 __all__ = ["common_sphere", "orthogonal_sphere"]

@@ -197,7 +197,7 @@ def is_unit(r: Multivector) -> Mask:
     alike = _sizes(r)
     scale = absolute_product(alike, alike)
     tolerance = sqrt(epsilon(r))
-    mask = is_finite(r)
+    mask = is_finite(scale)  # and so is r
     for blade, value in defect.terms.items():
         mask = mask & (absolute(r.new({0: value})) <= tolerance * (1 + r.new({0: scale.terms[blade]})))
     return mask

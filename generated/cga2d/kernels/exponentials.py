@@ -50,7 +50,7 @@ def cga2d_exp_bivector_twist_batch(begin, end, out_rows, b_rows, b_step):
         store(out_rows, out_columns, first, count)
 
 
-# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 16 mul, 9 add, 42 other.
+# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 21 mul, 9 add, 45 other.
 def cga2d_log_motor_motor(r_s, r_e12, r_e1ni, r_e2ni):
     t0 = K(np.finfo(K).eps)
     t1 = t0 * t0
@@ -73,40 +73,43 @@ def cga2d_log_motor_motor(r_s, r_e12, r_e1ni, r_e2ni):
     t18 = np.logical_not(t17)
     t19 = K(np.nan)
     t20 = select(t18, K(1.0), t19)
-    t21 = np.abs(t13)
-    t22 = np.abs(t14)
-    t23 = np.abs(t5)
-    t24 = np.abs(t2)
-    t25 = t23 + t24
-    t26 = t21 + t22 + t25
-    t27 = t26
-    t28 = t26 - t27 <= K(0.0)
-    t29 = np.abs(t5 * t5 + t3 - K(1.0))
-    t30 = np.abs(t25 * t25)
-    t31 = np.sqrt(t0)
-    t32 = t29 <= K(2.0) * (t30 * t31) + t31
-    t33 = t28 & t32
-    t34 = select(t12, K(0.0), t3)
-    t35 = np.sqrt(t34)
-    t36 = atan2(t35, t5)
-    t37 = K(1.0) / t35
-    t38 = select(t11, K(-1.0), K(1.0))
-    t39 = select(t9, t36 * t37, t38)
-    t40 = select(t33, t39, t19)
-    t41 = select(t12, t36, K(0.0))
-    t42 = t20 * t40
-    t43 = np.logical_not(t33)
-    t44 = select(t12, K(3.0), K(0.0))
-    t45 = select(t17, K(1.0), t44)
-    t46 = select(t43, K(6.0), t45)
+    t21 = np.abs(t5)
+    t22 = np.abs(t2)
+    t23 = t21 + t22
+    t24 = np.abs(t23 * t23)
+    t25 = np.abs(K(2.0) * t24)
+    t26 = np.abs(t13)
+    t27 = np.abs(t14)
+    t28 = np.abs(t23 * (t26 + t27))
+    t29 = np.abs(K(4.0) * t28)
+    t30 = t25 + t29
+    t31 = K(2.0) * t30
+    t32 = K(2.0) * t30 - t31 <= K(0.0)
+    t33 = np.abs(t5 * t5 + t3 - K(1.0))
+    t34 = np.sqrt(t0)
+    t35 = t33 <= K(2.0) * (t24 * t34) + t34
+    t36 = t32 & t35
+    t37 = select(t12, K(0.0), t3)
+    t38 = np.sqrt(t37)
+    t39 = atan2(t38, t5)
+    t40 = K(1.0) / t38
+    t41 = select(t11, K(-1.0), K(1.0))
+    t42 = select(t9, t39 * t40, t41)
+    t43 = select(t36, t42, t19)
+    t44 = select(t12, t39, K(0.0))
+    t45 = t20 * t43
+    t46 = np.logical_not(t36)
+    t47 = select(t12, K(3.0), K(0.0))
+    t48 = select(t17, K(1.0), t47)
+    t49 = select(t46, K(6.0), t48)
     return (
         (
-            t20 * (t2 * t40 - t41),  # e12
-            t13 * t42,  # e1ni
-            t14 * t42,  # e2ni
+            t20 * (t2 * t43 - t44),  # e12
+            t13 * t45,  # e1ni
+            t14 * t45,  # e2ni
         ),
         (
-            t46,  # 1
+            t49,  # 1
         ),
     )
 
@@ -126,7 +129,7 @@ def cga2d_log_motor_motor_batch(begin, end, out_rows, status_rows, r_rows, r_ste
         store(status_rows, status_columns, first, count)
 
 
-# exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 22 mul, 11 add, 44 other.
+# exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 27 mul, 11 add, 47 other.
 def cga2d_sqrt_motor_motor(r_s, r_e12, r_e1ni, r_e2ni):
     t0 = K(np.finfo(K).eps)
     t1 = t0 * t0
@@ -141,50 +144,53 @@ def cga2d_sqrt_motor_motor(r_s, r_e12, r_e1ni, r_e2ni):
     t10 = np.logical_not(t9)
     t11 = t5 < K(0.0)
     t12 = t10 & t11
-    t13 = r_e1ni
-    t14 = np.abs(t13)
-    t15 = r_e2ni
-    t16 = np.abs(t15)
-    t17 = np.abs(t5)
-    t18 = np.abs(t2)
-    t19 = t17 + t18
-    t20 = t14 + t16 + t19
-    t21 = t20
-    t22 = t20 - t21 <= K(0.0)
-    t23 = np.abs(t5 * t5 + t3 - K(1.0))
-    t24 = np.abs(t19 * t19)
-    t25 = np.sqrt(t0)
-    t26 = t23 <= K(2.0) * (t24 * t25) + t25
-    t27 = t22 & t26
-    t28 = t12 & t27
-    t29 = K(1.0) / (K(1.0) - t5)
-    t30 = select(t11, t3 * t29, t5 + K(1.0))
-    t31 = K(np.nan)
-    t32 = select(t27, t30, t31)
-    t33 = np.sqrt(t3 + t32 * t32)
-    t34 = K(1.0) / t33
-    t35 = select(t28, K(0.0), t32 * t34)
-    t36 = t13 * t13 + t15 * t15 <= K(0.0)
-    t37 = np.logical_not(t36)
-    t38 = t28 & t37
-    t39 = np.logical_not(t38)
-    t40 = select(t39, K(1.0), t31)
-    t41 = select(t28, K(-1.0), t2 * t34)
-    t42 = select(t28, K(0.5) * t15, t13 * t34)
-    t43 = select(t28, -K(0.5) * t13, t15 * t34)
-    t44 = np.logical_not(t27)
-    t45 = select(t28, K(3.0), K(0.0))
-    t46 = select(t38, K(1.0), t45)
-    t47 = select(t44, K(6.0), t46)
+    t13 = np.abs(t5)
+    t14 = np.abs(t2)
+    t15 = t13 + t14
+    t16 = np.abs(t15 * t15)
+    t17 = np.abs(K(2.0) * t16)
+    t18 = r_e1ni
+    t19 = np.abs(t18)
+    t20 = r_e2ni
+    t21 = np.abs(t20)
+    t22 = np.abs(t15 * (t19 + t21))
+    t23 = np.abs(K(4.0) * t22)
+    t24 = t17 + t23
+    t25 = K(2.0) * t24
+    t26 = K(2.0) * t24 - t25 <= K(0.0)
+    t27 = np.abs(t5 * t5 + t3 - K(1.0))
+    t28 = np.sqrt(t0)
+    t29 = t27 <= K(2.0) * (t16 * t28) + t28
+    t30 = t26 & t29
+    t31 = t12 & t30
+    t32 = K(1.0) / (K(1.0) - t5)
+    t33 = select(t11, t3 * t32, t5 + K(1.0))
+    t34 = K(np.nan)
+    t35 = select(t30, t33, t34)
+    t36 = np.sqrt(t3 + t35 * t35)
+    t37 = K(1.0) / t36
+    t38 = select(t31, K(0.0), t35 * t37)
+    t39 = t18 * t18 + t20 * t20 <= K(0.0)
+    t40 = np.logical_not(t39)
+    t41 = t31 & t40
+    t42 = np.logical_not(t41)
+    t43 = select(t42, K(1.0), t34)
+    t44 = select(t31, K(-1.0), t2 * t37)
+    t45 = select(t31, K(0.5) * t20, t18 * t37)
+    t46 = select(t31, -K(0.5) * t18, t20 * t37)
+    t47 = np.logical_not(t30)
+    t48 = select(t31, K(3.0), K(0.0))
+    t49 = select(t41, K(1.0), t48)
+    t50 = select(t47, K(6.0), t49)
     return (
         (
-            t35 * t40,  # 1
-            t40 * t41,  # e12
-            t40 * t42,  # e1ni
-            t40 * t43,  # e2ni
+            t38 * t43,  # 1
+            t43 * t44,  # e12
+            t43 * t45,  # e1ni
+            t43 * t46,  # e2ni
         ),
         (
-            t47,  # 1
+            t50,  # 1
         ),
     )
 

@@ -119,7 +119,7 @@ def cga2d_exp_bivector_bivector_batch(begin, end, out_rows, b_rows, b_step):
         store(out_rows, out_columns, first, count)
 
 
-# The b with exp(b) = r, for any unit rotor r; the angle of its rotation is in [0, 2 pi). 426 mul, 268 add, 272 other.
+# The b with exp(b) = r, for any unit rotor r; the angle of its rotation is in [0, 2 pi). 435 mul, 270 add, 280 other.
 def cga2d_log_rotor_even(r_s, r_e12, r_e1no, r_e1ni, r_e2no, r_e2ni, r_noni, r_e12noni):
     t0 = r_e12
     t1 = t0 * t0
@@ -459,69 +459,79 @@ def cga2d_log_rotor_even(r_s, r_e12, r_e1no, r_e1ni, r_e2no, r_e2ni, r_noni, r_e
     t335 = np.abs(t5)
     t336 = np.abs(t8)
     t337 = t335 + t336
-    t338 = np.abs(t41)
-    t339 = np.abs(t0)
-    t340 = t338 + t339
-    t341 = np.abs(t2)
-    t342 = np.abs(t26)
-    t343 = t341 + t342
-    t344 = t334 + t337 + t340 + t343
-    t345 = t344
-    t346 = t344 - t345 <= K(0.0)
-    t347 = np.abs(t58 + t10 - t27 - K(1.0))
-    t348 = np.sqrt(t22)
-    t349 = np.abs(t340 * t340)
-    t350 = np.abs(t334 * t337)
-    t351 = np.abs(t343 * t343)
-    t352 = t347 <= t348 + K(2.0) * (t348 * (t349 + K(2.0) * t350 + t351))
-    t353 = t346 & t352
-    t354 = np.abs(K(2.0) * (t41 * t26 - t14))
-    t355 = np.abs(t340 * t343)
-    t356 = t354 <= t348 + K(4.0) * (t348 * (t355 + t350))
-    t357 = t353 & t356
-    t358 = t293 | t291
-    t359 = np.logical_not(t358)
-    t360 = t282 & t359
-    t361 = K(64.0) * t22
-    t362 = t90 <= t361
-    t363 = t93 < K(0.0)
-    t364 = t362 & t363
-    t365 = t115 <= t361
-    t366 = t117 < K(0.0)
-    t367 = t365 & t366
-    t368 = t364 | t367
-    t369 = t57 & t368
-    t370 = t360 | t369
-    t371 = np.logical_not(t370)
-    t372 = t357 & t371
-    t373 = K(np.nan)
-    t374 = select(t372, K(1.0), t373)
-    t375 = t283 * t328
-    t376 = select(t44, t34 * t278 + t37 * t280, t234 * t281 + t255 * t277 + t322 * t375)
-    t377 = select(t57, K(0.5) * (t80 * t96 + t107 * t120), t376)
-    t378 = select(t44, t35 * t278 - t38 * t280, t235 * t281 + t256 * t277 + t323 * t375)
-    t379 = select(t57, K(0.5) * (t87 * t96 + t112 * t120), t378)
-    t380 = select(t44, t37 * t278 - t34 * t280, t236 * t281 + t257 * t277 + t324 * t375)
-    t381 = select(t57, K(0.5) * (t88 * t96 + t113 * t120), t380)
-    t382 = select(t44, t35 * t280 + t38 * t278, t237 * t281 + t258 * t277 + t325 * t375)
-    t383 = select(t57, K(0.5) * (t89 * t96 + t114 * t120), t382)
-    t384 = select(t44, t30 * t280 + t32 * t278, t233 * t281 + t254 * t277 + t321 * t375)
-    t385 = select(t57, K(0.5) * (t73 * t96 + t102 * t120), t384)
-    t386 = np.logical_not(t357)
-    t387 = select(t282, K(3.0), K(0.0))
-    t388 = select(t370, K(1.0), t387)
-    t389 = select(t386, K(6.0), t388)
+    t338 = np.abs(t334 * t337)
+    t339 = np.abs(t41)
+    t340 = np.abs(t0)
+    t341 = t339 + t340
+    t342 = np.abs(t341 * t341)
+    t343 = np.abs(t2)
+    t344 = np.abs(t26)
+    t345 = t343 + t344
+    t346 = np.abs(t345 * t345)
+    t347 = K(4.0) * t338 + K(2.0) * (t342 + t346)
+    t348 = np.abs(t347)
+    t349 = np.abs(t341 * t334)
+    t350 = np.abs(t334 * t345)
+    t351 = np.abs(K(4.0) * (t349 + t350))
+    t352 = np.abs(t341 * t337)
+    t353 = np.abs(t337 * t345)
+    t354 = np.abs(K(4.0) * (t352 + t353))
+    t355 = np.abs(t341 * t345)
+    t356 = t355 + t338
+    t357 = np.abs(K(4.0) * t356)
+    t358 = t348 + t351 + t354 + t357
+    t359 = K(2.0) * t358
+    t360 = K(2.0) * t358 - t359 <= K(0.0)
+    t361 = np.abs(t58 + t10 - t27 - K(1.0))
+    t362 = np.sqrt(t22)
+    t363 = t361 <= t362 * t347 + t362
+    t364 = t360 & t363
+    t365 = np.abs(K(2.0) * (t41 * t26 - t14))
+    t366 = t365 <= K(4.0) * (t362 * t356) + t362
+    t367 = t364 & t366
+    t368 = t293 | t291
+    t369 = np.logical_not(t368)
+    t370 = t282 & t369
+    t371 = K(64.0) * t22
+    t372 = t90 <= t371
+    t373 = t93 < K(0.0)
+    t374 = t372 & t373
+    t375 = t115 <= t371
+    t376 = t117 < K(0.0)
+    t377 = t375 & t376
+    t378 = t374 | t377
+    t379 = t57 & t378
+    t380 = t370 | t379
+    t381 = np.logical_not(t380)
+    t382 = t367 & t381
+    t383 = K(np.nan)
+    t384 = select(t382, K(1.0), t383)
+    t385 = t283 * t328
+    t386 = select(t44, t34 * t278 + t37 * t280, t234 * t281 + t255 * t277 + t322 * t385)
+    t387 = select(t57, K(0.5) * (t80 * t96 + t107 * t120), t386)
+    t388 = select(t44, t35 * t278 - t38 * t280, t235 * t281 + t256 * t277 + t323 * t385)
+    t389 = select(t57, K(0.5) * (t87 * t96 + t112 * t120), t388)
+    t390 = select(t44, t37 * t278 - t34 * t280, t236 * t281 + t257 * t277 + t324 * t385)
+    t391 = select(t57, K(0.5) * (t88 * t96 + t113 * t120), t390)
+    t392 = select(t44, t35 * t280 + t38 * t278, t237 * t281 + t258 * t277 + t325 * t385)
+    t393 = select(t57, K(0.5) * (t89 * t96 + t114 * t120), t392)
+    t394 = select(t44, t30 * t280 + t32 * t278, t233 * t281 + t254 * t277 + t321 * t385)
+    t395 = select(t57, K(0.5) * (t73 * t96 + t102 * t120), t394)
+    t396 = np.logical_not(t367)
+    t397 = select(t282, K(3.0), K(0.0))
+    t398 = select(t380, K(1.0), t397)
+    t399 = select(t396, K(6.0), t398)
     return (
         (
-            t331 * t374,  # e12
-            t374 * t377,  # e1no
-            t374 * t379,  # e1ni
-            t374 * t381,  # e2no
-            t374 * t383,  # e2ni
-            t374 * t385,  # noni
+            t331 * t384,  # e12
+            t384 * t387,  # e1no
+            t384 * t389,  # e1ni
+            t384 * t391,  # e2no
+            t384 * t393,  # e2ni
+            t384 * t395,  # noni
         ),
         (
-            t389,  # 1
+            t399,  # 1
         ),
     )
 
@@ -545,7 +555,7 @@ def cga2d_log_rotor_even_batch(begin, end, out_rows, status_rows, r_rows, r_step
         store(status_rows, status_columns, first, count)
 
 
-# exp(log(r)/2), with the statuses of `log_rotor`: half angles of both parts, without functions of angles. 449 mul, 276 add, 239 other.
+# exp(log(r)/2), with the statuses of `log_rotor`: half angles of both parts, without functions of angles. 458 mul, 278 add, 247 other.
 def cga2d_sqrt_rotor_even(r_s, r_e12, r_e1no, r_e1ni, r_e2no, r_e2ni, r_noni, r_e12noni):
     t0 = r_e12
     t1 = t0 * t0
@@ -853,86 +863,96 @@ def cga2d_sqrt_rotor_even(r_s, r_e12, r_e1no, r_e1ni, r_e2no, r_e2ni, r_noni, r_
     t303 = np.abs(t5)
     t304 = np.abs(t8)
     t305 = t303 + t304
-    t306 = np.abs(t41)
-    t307 = np.abs(t0)
-    t308 = t306 + t307
-    t309 = np.abs(t2)
-    t310 = np.abs(t26)
-    t311 = t309 + t310
-    t312 = t302 + t305 + t308 + t311
-    t313 = t312
-    t314 = t312 - t313 <= K(0.0)
-    t315 = np.abs(t57 + t10 - t27 - K(1.0))
-    t316 = np.sqrt(t22)
-    t317 = np.abs(t308 * t308)
-    t318 = np.abs(t302 * t305)
-    t319 = np.abs(t311 * t311)
-    t320 = t315 <= t316 + K(2.0) * (t316 * (t317 + K(2.0) * t318 + t319))
-    t321 = t314 & t320
-    t322 = np.abs(K(2.0) * (t41 * t26 - t14))
-    t323 = np.abs(t308 * t311)
-    t324 = t322 <= t316 + K(4.0) * (t316 * (t323 + t318))
-    t325 = t321 & t324
-    t326 = t244 | t242
-    t327 = np.logical_not(t326)
-    t328 = t151 & t327
-    t329 = K(64.0) * t22
-    t330 = t92 <= t329
-    t331 = t330 & t67
-    t332 = t117 <= t329
-    t333 = t332 & t98
-    t334 = t331 | t333
-    t335 = t56 & t334
-    t336 = t328 | t335
+    t306 = np.abs(t302 * t305)
+    t307 = np.abs(t41)
+    t308 = np.abs(t0)
+    t309 = t307 + t308
+    t310 = np.abs(t309 * t309)
+    t311 = np.abs(t2)
+    t312 = np.abs(t26)
+    t313 = t311 + t312
+    t314 = np.abs(t313 * t313)
+    t315 = K(4.0) * t306 + K(2.0) * (t310 + t314)
+    t316 = np.abs(t315)
+    t317 = np.abs(t309 * t302)
+    t318 = np.abs(t302 * t313)
+    t319 = np.abs(K(4.0) * (t317 + t318))
+    t320 = np.abs(t309 * t305)
+    t321 = np.abs(t305 * t313)
+    t322 = np.abs(K(4.0) * (t320 + t321))
+    t323 = np.abs(t309 * t313)
+    t324 = t323 + t306
+    t325 = np.abs(K(4.0) * t324)
+    t326 = t316 + t319 + t322 + t325
+    t327 = K(2.0) * t326
+    t328 = K(2.0) * t326 - t327 <= K(0.0)
+    t329 = np.abs(t57 + t10 - t27 - K(1.0))
+    t330 = np.sqrt(t22)
+    t331 = t329 <= t330 * t315 + t330
+    t332 = t328 & t331
+    t333 = np.abs(K(2.0) * (t41 * t26 - t14))
+    t334 = t333 <= K(4.0) * (t330 * t324) + t330
+    t335 = t332 & t334
+    t336 = t244 | t242
     t337 = np.logical_not(t336)
-    t338 = t325 & t337
-    t339 = K(np.nan)
-    t340 = select(t338, K(1.0), t339)
-    t341 = K(1.0) / t92
-    t342 = select(t67, t94 * t341, t95)
-    t343 = K(1.0) / t117
-    t344 = select(t98, t119 * t343, t120)
-    t345 = K(1.0) / (K(2.0) * t123)
-    t346 = K(1.0) / t124
-    t347 = t26 * t346
-    t348 = t285 * t288 - t286 * t287
-    t349 = t290 * t293 - t291 * t292
-    t350 = select(t44, t345 * (t0 * t124 - t2 * t347), t221 * t297 + t222 * t296 + t348 + t349)
-    t351 = select(t56, K(0.5) * (t74 * t342 + t103 * t344), t350)
-    t352 = t221 - t282
-    t353 = t222 + t284
-    t354 = select(t44, t345 * (t4 * t124 + t7 * t347), t293 * t296 + t291 * t352 + t285 * t353 - t287 * t297)
-    t355 = select(t56, K(0.5) * (t82 * t342 + t109 * t344), t354)
-    t356 = t221 + t282
-    t357 = t222 - t284
-    t358 = select(t44, t345 * (t5 * t124 - t8 * t347), t288 * t296 + t286 * t356 + t290 * t357 - t292 * t297)
-    t359 = select(t56, K(0.5) * (t89 * t342 + t114 * t344), t358)
-    t360 = select(t44, t345 * (t7 * t124 - t4 * t347), t285 * t297 + t293 * t352 + t287 * t353 - t291 * t296)
-    t361 = select(t56, K(0.5) * (t90 * t342 + t115 * t344), t360)
-    t362 = select(t44, t345 * (t8 * t124 + t5 * t347), t290 * t297 + t288 * t356 + t292 * t357 - t286 * t296)
-    t363 = select(t56, K(0.5) * (t91 * t342 + t116 * t344), t362)
-    t364 = select(t44, t345 * (t2 * t124 + t0 * t347), t221 * t284 + t222 * t282 + t294 - t289)
-    t365 = select(t56, K(0.5) * (t75 * t342 + t104 * t344), t364)
-    t366 = K(1.0) / (K(2.0) * t124)
-    t367 = select(t44, t26 * t366, t284 * t296 + t282 * t297 + t349 - t348)
-    t368 = select(t56, K(0.5) * (t64 * (t96 - t121)), t367)
-    t369 = np.logical_not(t325)
-    t370 = select(t151, K(3.0), K(0.0))
-    t371 = select(t336, K(1.0), t370)
-    t372 = select(t369, K(6.0), t371)
+    t338 = t151 & t337
+    t339 = K(64.0) * t22
+    t340 = t92 <= t339
+    t341 = t340 & t67
+    t342 = t117 <= t339
+    t343 = t342 & t98
+    t344 = t341 | t343
+    t345 = t56 & t344
+    t346 = t338 | t345
+    t347 = np.logical_not(t346)
+    t348 = t335 & t347
+    t349 = K(np.nan)
+    t350 = select(t348, K(1.0), t349)
+    t351 = K(1.0) / t92
+    t352 = select(t67, t94 * t351, t95)
+    t353 = K(1.0) / t117
+    t354 = select(t98, t119 * t353, t120)
+    t355 = K(1.0) / (K(2.0) * t123)
+    t356 = K(1.0) / t124
+    t357 = t26 * t356
+    t358 = t285 * t288 - t286 * t287
+    t359 = t290 * t293 - t291 * t292
+    t360 = select(t44, t355 * (t0 * t124 - t2 * t357), t221 * t297 + t222 * t296 + t358 + t359)
+    t361 = select(t56, K(0.5) * (t74 * t352 + t103 * t354), t360)
+    t362 = t221 - t282
+    t363 = t222 + t284
+    t364 = select(t44, t355 * (t4 * t124 + t7 * t357), t293 * t296 + t291 * t362 + t285 * t363 - t287 * t297)
+    t365 = select(t56, K(0.5) * (t82 * t352 + t109 * t354), t364)
+    t366 = t221 + t282
+    t367 = t222 - t284
+    t368 = select(t44, t355 * (t5 * t124 - t8 * t357), t288 * t296 + t286 * t366 + t290 * t367 - t292 * t297)
+    t369 = select(t56, K(0.5) * (t89 * t352 + t114 * t354), t368)
+    t370 = select(t44, t355 * (t7 * t124 - t4 * t357), t285 * t297 + t293 * t362 + t287 * t363 - t291 * t296)
+    t371 = select(t56, K(0.5) * (t90 * t352 + t115 * t354), t370)
+    t372 = select(t44, t355 * (t8 * t124 + t5 * t357), t290 * t297 + t288 * t366 + t292 * t367 - t286 * t296)
+    t373 = select(t56, K(0.5) * (t91 * t352 + t116 * t354), t372)
+    t374 = select(t44, t355 * (t2 * t124 + t0 * t357), t221 * t284 + t222 * t282 + t294 - t289)
+    t375 = select(t56, K(0.5) * (t75 * t352 + t104 * t354), t374)
+    t376 = K(1.0) / (K(2.0) * t124)
+    t377 = select(t44, t26 * t376, t284 * t296 + t282 * t297 + t359 - t358)
+    t378 = select(t56, K(0.5) * (t64 * (t96 - t121)), t377)
+    t379 = np.logical_not(t335)
+    t380 = select(t151, K(3.0), K(0.0))
+    t381 = select(t346, K(1.0), t380)
+    t382 = select(t379, K(6.0), t381)
     return (
         (
-            t299 * t340,  # 1
-            t340 * t351,  # e12
-            t340 * t355,  # e1no
-            t340 * t359,  # e1ni
-            t340 * t361,  # e2no
-            t340 * t363,  # e2ni
-            t340 * t365,  # noni
-            t340 * t368,  # e12noni
+            t299 * t350,  # 1
+            t350 * t361,  # e12
+            t350 * t365,  # e1no
+            t350 * t369,  # e1ni
+            t350 * t371,  # e2no
+            t350 * t373,  # e2ni
+            t350 * t375,  # noni
+            t350 * t378,  # e12noni
         ),
         (
-            t372,  # 1
+            t382,  # 1
         ),
     )
 

@@ -64,88 +64,89 @@ def cga3d_exp_bivector_twist_batch(begin, end, out_rows, b_rows, b_step):
         store(out_rows, out_columns, first, count)
 
 
-# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 46 mul, 34 add, 58 other.
+# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 50 mul, 34 add, 60 other.
 def cga3d_log_motor_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni):
     t0 = r_e12
-    t1 = r_e1ni
+    t1 = r_s
     t2 = np.abs(t1)
-    t3 = r_e2ni
-    t4 = np.abs(t3)
-    t5 = r_e3ni
-    t6 = np.abs(t5)
-    t7 = r_e123ni
-    t8 = np.abs(t7)
-    t9 = t2 + t4 + t6 + t8
-    t10 = r_s
-    t11 = np.abs(t10)
-    t12 = np.abs(t0)
-    t13 = r_e13
+    t3 = np.abs(t0)
+    t4 = r_e13
+    t5 = np.abs(t4)
+    t6 = r_e23
+    t7 = np.abs(t6)
+    t8 = t2 + t3 + t5 + t7
+    t9 = np.abs(t8 * t8)
+    t10 = np.abs(K(4.0) * t9)
+    t11 = r_e1ni
+    t12 = np.abs(t11)
+    t13 = r_e2ni
     t14 = np.abs(t13)
-    t15 = r_e23
+    t15 = r_e3ni
     t16 = np.abs(t15)
-    t17 = t11 + t12 + t14 + t16
-    t18 = t9 + t17
-    t19 = t18
-    t20 = t18 - t19 <= K(0.0)
-    t21 = t0 * t0 + t13 * t13 + t15 * t15
-    t22 = np.abs(t10 * t10 + t21 - K(1.0))
-    t23 = np.abs(t17 * t17)
-    t24 = K(np.finfo(K).eps)
-    t25 = np.sqrt(t24)
-    t26 = t22 <= K(4.0) * (t23 * t25) + t25
-    t27 = t20 & t26
-    t28 = t1 * t15 + t0 * t5 - t13 * t3
-    t29 = np.abs(K(2.0) * (t10 * t7 - t28))
-    t30 = np.abs(t17 * t9)
-    t31 = t29 <= K(8.0) * (t30 * t25) + t25
-    t32 = t27 & t31
-    t33 = t24 * t24
-    t34 = t33 * t33 < t21
-    t35 = K(0.0) < t10
-    t36 = K(4096.0) * t33 < t21
-    t37 = t35 | t36
-    t38 = t34 & t37
-    t39 = np.logical_not(t38)
-    t40 = t10 < K(0.0)
-    t41 = t39 & t40
-    t42 = select(t41, K(0.0), t21)
-    t43 = np.sqrt(t42)
-    t44 = atan2(t43, t10)
-    t45 = K(1.0) / t43
-    t46 = select(t40, K(-1.0), K(1.0))
-    t47 = select(t38, t44 * t45, t46)
-    t48 = K(np.nan)
-    t49 = select(t32, t47, t48)
-    t50 = t1 * t1 + t3 * t3 + t5 * t5
-    t51 = K(0.0) < t50
-    t52 = np.sqrt(t50)
-    t53 = K(1.0) / t52
-    t54 = select(t51, t53, K(0.0))
-    t55 = select(t51, K(0.0), K(1.0))
-    t56 = select(t41, t44, K(0.0))
-    t57 = t54 * t56
-    t58 = K(1.0) / t21
-    t59 = select(t38, t58, K(0.0))
-    t60 = t28 * t59
-    t61 = t1 - t15 * t60
-    t62 = t5 - t0 * t60
-    t63 = t3 + t13 * t60
-    t64 = t15 * t61 + t0 * t62 - t13 * t63
-    t65 = t7 - t59 * (t49 * t64 - t10 * (t28 + t64))
-    t66 = np.logical_not(t32)
-    t67 = select(t41, K(3.0), K(0.0))
-    t68 = select(t66, K(6.0), t67)
+    t17 = r_e123ni
+    t18 = np.abs(t17)
+    t19 = np.abs(t8 * (t12 + t14 + t16 + t18))
+    t20 = np.abs(K(8.0) * t19)
+    t21 = t10 + t20
+    t22 = K(4.0) * t21
+    t23 = K(4.0) * t21 - t22 <= K(0.0)
+    t24 = t0 * t0 + t4 * t4 + t6 * t6
+    t25 = np.abs(t1 * t1 + t24 - K(1.0))
+    t26 = K(np.finfo(K).eps)
+    t27 = np.sqrt(t26)
+    t28 = t25 <= K(4.0) * (t9 * t27) + t27
+    t29 = t23 & t28
+    t30 = t11 * t6 + t0 * t15 - t4 * t13
+    t31 = np.abs(K(2.0) * (t1 * t17 - t30))
+    t32 = t31 <= K(8.0) * (t19 * t27) + t27
+    t33 = t29 & t32
+    t34 = t26 * t26
+    t35 = t34 * t34 < t24
+    t36 = K(0.0) < t1
+    t37 = K(4096.0) * t34 < t24
+    t38 = t36 | t37
+    t39 = t35 & t38
+    t40 = np.logical_not(t39)
+    t41 = t1 < K(0.0)
+    t42 = t40 & t41
+    t43 = select(t42, K(0.0), t24)
+    t44 = np.sqrt(t43)
+    t45 = atan2(t44, t1)
+    t46 = K(1.0) / t44
+    t47 = select(t41, K(-1.0), K(1.0))
+    t48 = select(t39, t45 * t46, t47)
+    t49 = K(np.nan)
+    t50 = select(t33, t48, t49)
+    t51 = t11 * t11 + t13 * t13 + t15 * t15
+    t52 = K(0.0) < t51
+    t53 = np.sqrt(t51)
+    t54 = K(1.0) / t53
+    t55 = select(t52, t54, K(0.0))
+    t56 = select(t52, K(0.0), K(1.0))
+    t57 = select(t42, t45, K(0.0))
+    t58 = t55 * t57
+    t59 = K(1.0) / t24
+    t60 = select(t39, t59, K(0.0))
+    t61 = t30 * t60
+    t62 = t11 - t6 * t61
+    t63 = t15 - t0 * t61
+    t64 = t13 + t4 * t61
+    t65 = t6 * t62 + t0 * t63 - t4 * t64
+    t66 = t17 + t60 * (t1 * (t30 + t65) - t50 * t65)
+    t67 = np.logical_not(t33)
+    t68 = select(t42, K(3.0), K(0.0))
+    t69 = select(t67, K(6.0), t68)
     return (
         (
-            t0 * t49 - (t5 * t54 + t55) * t56,  # e12
-            t13 * t49 + t3 * t57,  # e13
-            t49 * t61 + t15 * t65,  # e1ni
-            t15 * t49 - t1 * t57,  # e23
-            t49 * t63 - t13 * t65,  # e2ni
-            t49 * t62 + t0 * t65,  # e3ni
+            t0 * t50 - (t15 * t55 + t56) * t57,  # e12
+            t4 * t50 + t13 * t58,  # e13
+            t50 * t62 + t6 * t66,  # e1ni
+            t6 * t50 - t11 * t58,  # e23
+            t50 * t64 - t4 * t66,  # e2ni
+            t50 * t63 + t0 * t66,  # e3ni
         ),
         (
-            t68,  # 1
+            t69,  # 1
         ),
     )
 
@@ -169,88 +170,89 @@ def cga3d_log_motor_motor_batch(begin, end, out_rows, status_rows, r_rows, r_ste
         store(status_rows, status_columns, first, count)
 
 
-# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 46 mul, 34 add, 58 other.
+# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 50 mul, 34 add, 60 other.
 def cga3d_log_motor_any_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni):
     t0 = r_e12
-    t1 = r_e1ni
+    t1 = r_s
     t2 = np.abs(t1)
-    t3 = r_e2ni
-    t4 = np.abs(t3)
-    t5 = r_e3ni
-    t6 = np.abs(t5)
-    t7 = r_e123ni
-    t8 = np.abs(t7)
-    t9 = t2 + t4 + t6 + t8
-    t10 = r_s
-    t11 = np.abs(t10)
-    t12 = np.abs(t0)
-    t13 = r_e13
+    t3 = np.abs(t0)
+    t4 = r_e13
+    t5 = np.abs(t4)
+    t6 = r_e23
+    t7 = np.abs(t6)
+    t8 = t2 + t3 + t5 + t7
+    t9 = np.abs(t8 * t8)
+    t10 = np.abs(K(4.0) * t9)
+    t11 = r_e1ni
+    t12 = np.abs(t11)
+    t13 = r_e2ni
     t14 = np.abs(t13)
-    t15 = r_e23
+    t15 = r_e3ni
     t16 = np.abs(t15)
-    t17 = t11 + t12 + t14 + t16
-    t18 = t9 + t17
-    t19 = t18
-    t20 = t18 - t19 <= K(0.0)
-    t21 = t0 * t0 + t13 * t13 + t15 * t15
-    t22 = np.abs(t10 * t10 + t21 - K(1.0))
-    t23 = np.abs(t17 * t17)
-    t24 = K(np.finfo(K).eps)
-    t25 = np.sqrt(t24)
-    t26 = t22 <= K(4.0) * (t23 * t25) + t25
-    t27 = t20 & t26
-    t28 = t1 * t15 + t0 * t5 - t13 * t3
-    t29 = np.abs(K(2.0) * (t10 * t7 - t28))
-    t30 = np.abs(t17 * t9)
-    t31 = t29 <= K(8.0) * (t30 * t25) + t25
-    t32 = t27 & t31
-    t33 = t24 * t24
-    t34 = t33 * t33 < t21
-    t35 = K(0.0) < t10
-    t36 = K(4096.0) * t33 < t21
-    t37 = t35 | t36
-    t38 = t34 & t37
-    t39 = np.logical_not(t38)
-    t40 = t10 < K(0.0)
-    t41 = t39 & t40
-    t42 = select(t41, K(0.0), t21)
-    t43 = np.sqrt(t42)
-    t44 = atan2(t43, t10)
-    t45 = K(1.0) / t43
-    t46 = select(t40, K(-1.0), K(1.0))
-    t47 = select(t38, t44 * t45, t46)
-    t48 = K(np.nan)
-    t49 = select(t32, t47, t48)
-    t50 = t1 * t1 + t3 * t3 + t5 * t5
-    t51 = K(0.0) < t50
-    t52 = np.sqrt(t50)
-    t53 = K(1.0) / t52
-    t54 = select(t51, t53, K(0.0))
-    t55 = select(t51, K(0.0), K(1.0))
-    t56 = select(t41, t44, K(0.0))
-    t57 = t54 * t56
-    t58 = K(1.0) / t21
-    t59 = select(t38, t58, K(0.0))
-    t60 = t28 * t59
-    t61 = t1 - t15 * t60
-    t62 = t5 - t0 * t60
-    t63 = t3 + t13 * t60
-    t64 = t15 * t61 + t0 * t62 - t13 * t63
-    t65 = t7 - t59 * (t49 * t64 - t10 * (t28 + t64))
-    t66 = np.logical_not(t32)
-    t67 = select(t41, K(3.0), K(0.0))
-    t68 = select(t66, K(6.0), t67)
+    t17 = r_e123ni
+    t18 = np.abs(t17)
+    t19 = np.abs(t8 * (t12 + t14 + t16 + t18))
+    t20 = np.abs(K(8.0) * t19)
+    t21 = t10 + t20
+    t22 = K(4.0) * t21
+    t23 = K(4.0) * t21 - t22 <= K(0.0)
+    t24 = t0 * t0 + t4 * t4 + t6 * t6
+    t25 = np.abs(t1 * t1 + t24 - K(1.0))
+    t26 = K(np.finfo(K).eps)
+    t27 = np.sqrt(t26)
+    t28 = t25 <= K(4.0) * (t9 * t27) + t27
+    t29 = t23 & t28
+    t30 = t11 * t6 + t0 * t15 - t4 * t13
+    t31 = np.abs(K(2.0) * (t1 * t17 - t30))
+    t32 = t31 <= K(8.0) * (t19 * t27) + t27
+    t33 = t29 & t32
+    t34 = t26 * t26
+    t35 = t34 * t34 < t24
+    t36 = K(0.0) < t1
+    t37 = K(4096.0) * t34 < t24
+    t38 = t36 | t37
+    t39 = t35 & t38
+    t40 = np.logical_not(t39)
+    t41 = t1 < K(0.0)
+    t42 = t40 & t41
+    t43 = select(t42, K(0.0), t24)
+    t44 = np.sqrt(t43)
+    t45 = atan2(t44, t1)
+    t46 = K(1.0) / t44
+    t47 = select(t41, K(-1.0), K(1.0))
+    t48 = select(t39, t45 * t46, t47)
+    t49 = K(np.nan)
+    t50 = select(t33, t48, t49)
+    t51 = t11 * t11 + t13 * t13 + t15 * t15
+    t52 = K(0.0) < t51
+    t53 = np.sqrt(t51)
+    t54 = K(1.0) / t53
+    t55 = select(t52, t54, K(0.0))
+    t56 = select(t52, K(0.0), K(1.0))
+    t57 = select(t42, t45, K(0.0))
+    t58 = t55 * t57
+    t59 = K(1.0) / t24
+    t60 = select(t39, t59, K(0.0))
+    t61 = t30 * t60
+    t62 = t11 - t6 * t61
+    t63 = t15 - t0 * t61
+    t64 = t13 + t4 * t61
+    t65 = t6 * t62 + t0 * t63 - t4 * t64
+    t66 = t17 + t60 * (t1 * (t30 + t65) - t50 * t65)
+    t67 = np.logical_not(t33)
+    t68 = select(t42, K(3.0), K(0.0))
+    t69 = select(t67, K(6.0), t68)
     return (
         (
-            t0 * t49 - (t5 * t54 + t55) * t56,  # e12
-            t13 * t49 + t3 * t57,  # e13
-            t49 * t61 + t15 * t65,  # e1ni
-            t15 * t49 - t1 * t57,  # e23
-            t49 * t63 - t13 * t65,  # e2ni
-            t49 * t62 + t0 * t65,  # e3ni
+            t0 * t50 - (t15 * t55 + t56) * t57,  # e12
+            t4 * t50 + t13 * t58,  # e13
+            t50 * t62 + t6 * t66,  # e1ni
+            t6 * t50 - t11 * t58,  # e23
+            t50 * t64 - t4 * t66,  # e2ni
+            t50 * t63 + t0 * t66,  # e3ni
         ),
         (
-            t68,  # 1
+            t69,  # 1
         ),
     )
 
@@ -274,40 +276,43 @@ def cga3d_log_motor_any_motor_batch(begin, end, out_rows, status_rows, r_rows, r
         store(status_rows, status_columns, first, count)
 
 
-# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 6 mul, 6 add, 23 other.
+# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 9 mul, 6 add, 26 other.
 def cga3d_log_motor_transversor(r_s, r_e1no, r_e2no, r_e3no):
     t0 = r_e1no
     t1 = r_s
     t2 = np.abs(t1)
-    t3 = np.abs(t0)
-    t4 = r_e2no
-    t5 = np.abs(t4)
-    t6 = r_e3no
+    t3 = np.abs(t2 * t2)
+    t4 = np.abs(t3)
+    t5 = np.abs(t0)
+    t6 = r_e2no
     t7 = np.abs(t6)
-    t8 = t2 + t3 + t5 + t7
-    t9 = t8
-    t10 = t8 - t9 <= K(0.0)
-    t11 = np.abs(t1 * t1 - K(1.0))
-    t12 = K(np.finfo(K).eps)
-    t13 = np.sqrt(t12)
-    t14 = np.abs(t2 * t2)
-    t15 = t11 <= t13 * (t14 + K(1.0))
-    t16 = t10 & t15
-    t17 = K(0.0) < t1
-    t18 = t16 & t17
-    t19 = K(np.nan)
-    t20 = select(t18, t1, t19)
-    t21 = K(1.0) / t20
-    t22 = np.logical_not(t18)
-    t23 = select(t22, K(6.0), K(0.0))
+    t8 = r_e3no
+    t9 = np.abs(t8)
+    t10 = np.abs(t2 * (t5 + t7 + t9))
+    t11 = np.abs(K(2.0) * t10)
+    t12 = t4 + K(3.0) * t11
+    t13 = t12
+    t14 = t12 - t13 <= K(0.0)
+    t15 = np.abs(t1 * t1 - K(1.0))
+    t16 = K(np.finfo(K).eps)
+    t17 = np.sqrt(t16)
+    t18 = t15 <= t17 * (t3 + K(1.0))
+    t19 = t14 & t18
+    t20 = K(0.0) < t1
+    t21 = t19 & t20
+    t22 = K(np.nan)
+    t23 = select(t21, t1, t22)
+    t24 = K(1.0) / t23
+    t25 = np.logical_not(t21)
+    t26 = select(t25, K(6.0), K(0.0))
     return (
         (
-            t0 * t21,  # e1no
-            t4 * t21,  # e2no
-            t6 * t21,  # e3no
+            t0 * t24,  # e1no
+            t6 * t24,  # e2no
+            t8 * t24,  # e3no
         ),
         (
-            t23,  # 1
+            t26,  # 1
         ),
     )
 
@@ -327,7 +332,7 @@ def cga3d_log_motor_transversor_batch(begin, end, out_rows, status_rows, r_rows,
         store(status_rows, status_columns, first, count)
 
 
-# exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 71 mul, 38 add, 65 other.
+# exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 75 mul, 38 add, 67 other.
 def cga3d_sqrt_motor_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni):
     t0 = K(np.finfo(K).eps)
     t1 = t0 * t0
@@ -344,82 +349,83 @@ def cga3d_sqrt_motor_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e
     t12 = np.logical_not(t11)
     t13 = t7 < K(0.0)
     t14 = t12 & t13
-    t15 = np.abs(t3)
-    t16 = np.abs(t4)
-    t17 = np.abs(t7)
-    t18 = np.abs(t2)
+    t15 = np.abs(t7)
+    t16 = np.abs(t2)
+    t17 = np.abs(t3)
+    t18 = np.abs(t4)
     t19 = t15 + t16 + t17 + t18
-    t20 = r_e1ni
-    t21 = np.abs(t20)
-    t22 = r_e2ni
+    t20 = np.abs(t19 * t19)
+    t21 = np.abs(K(4.0) * t20)
+    t22 = r_e1ni
     t23 = np.abs(t22)
-    t24 = r_e3ni
+    t24 = r_e2ni
     t25 = np.abs(t24)
-    t26 = r_e123ni
+    t26 = r_e3ni
     t27 = np.abs(t26)
-    t28 = t21 + t23 + t25 + t27
-    t29 = t19 + t28
-    t30 = t29
-    t31 = t29 - t30 <= K(0.0)
-    t32 = np.abs(t7 * t7 + t5 - K(1.0))
-    t33 = np.sqrt(t0)
-    t34 = np.abs(t19 * t19)
-    t35 = t32 <= K(4.0) * (t33 * t34) + t33
-    t36 = t31 & t35
-    t37 = t20 * t4 + t2 * t24 - t3 * t22
-    t38 = np.abs(K(2.0) * (t7 * t26 - t37))
-    t39 = np.abs(t28 * t19)
-    t40 = t38 <= K(8.0) * (t33 * t39) + t33
-    t41 = t36 & t40
-    t42 = t14 & t41
-    t43 = K(1.0) / (K(1.0) - t7)
-    t44 = select(t13, t43 * t5, t7 + K(1.0))
-    t45 = K(np.nan)
-    t46 = select(t41, t44, t45)
-    t47 = t46 * t46 + t5
-    t48 = np.sqrt(t47)
-    t49 = K(1.0) / t48
-    t50 = select(t42, K(0.0), t46 * t49)
-    t51 = t20 * t20 + t22 * t22 + t24 * t24
-    t52 = K(0.0) < t51
-    t53 = np.sqrt(t51)
-    t54 = K(1.0) / t53
-    t55 = select(t52, t54, K(0.0))
-    t56 = select(t52, K(0.0), K(1.0))
-    t57 = select(t42, -t24 * t55 - t56, t2 * t49)
-    t58 = select(t42, t22 * t55, t3 * t49)
-    t59 = K(1.0) / t5
-    t60 = select(t11, t59, K(0.0))
-    t61 = t37 * t60
-    t62 = t20 - t4 * t61
-    t63 = t24 - t2 * t61
-    t64 = t22 + t3 * t61
-    t65 = t4 * t62 + t2 * t63 - t3 * t64
-    t66 = t26 + t7 * t60 * (t65 + t37)
-    t67 = K(1.0) / (K(2.0) * t47)
-    t68 = t67 * (K(1.0) - t5 * t60)
-    t69 = t46 * t66 - K(2.0) * (t65 * (t60 + K(2.0) * t68))
-    t70 = select(t42, K(0.5) * (t22 * t56), K(0.5) * (t49 * (K(2.0) * t62 + t4 * t69)))
-    t71 = select(t42, -t20 * t55, t4 * t49)
-    t72 = select(t42, -K(0.5) * (t20 * t56), K(0.5) * (t49 * (K(2.0) * t64 - t3 * t69)))
-    t73 = select(t42, K(0.0), K(0.5) * (t49 * (K(2.0) * t63 + t2 * t69)))
-    t74 = select(t42, K(0.5) * (t24 * t56 + t51 * t55), K(0.5) * (t49 * (t5 * t66 + K(4.0) * (t68 * (t46 * t65)))))
-    t75 = np.logical_not(t41)
-    t76 = select(t42, K(3.0), K(0.0))
-    t77 = select(t75, K(6.0), t76)
+    t28 = r_e123ni
+    t29 = np.abs(t28)
+    t30 = np.abs(t19 * (t23 + t25 + t27 + t29))
+    t31 = np.abs(K(8.0) * t30)
+    t32 = t21 + t31
+    t33 = K(4.0) * t32
+    t34 = K(4.0) * t32 - t33 <= K(0.0)
+    t35 = np.abs(t7 * t7 + t5 - K(1.0))
+    t36 = np.sqrt(t0)
+    t37 = t35 <= K(4.0) * (t20 * t36) + t36
+    t38 = t34 & t37
+    t39 = t22 * t4 + t2 * t26 - t3 * t24
+    t40 = np.abs(K(2.0) * (t7 * t28 - t39))
+    t41 = t40 <= K(8.0) * (t30 * t36) + t36
+    t42 = t38 & t41
+    t43 = t14 & t42
+    t44 = K(1.0) / (K(1.0) - t7)
+    t45 = select(t13, t44 * t5, t7 + K(1.0))
+    t46 = K(np.nan)
+    t47 = select(t42, t45, t46)
+    t48 = t47 * t47 + t5
+    t49 = np.sqrt(t48)
+    t50 = K(1.0) / t49
+    t51 = select(t43, K(0.0), t47 * t50)
+    t52 = t22 * t22 + t24 * t24 + t26 * t26
+    t53 = K(0.0) < t52
+    t54 = np.sqrt(t52)
+    t55 = K(1.0) / t54
+    t56 = select(t53, t55, K(0.0))
+    t57 = select(t53, K(0.0), K(1.0))
+    t58 = select(t43, -t26 * t56 - t57, t2 * t50)
+    t59 = select(t43, t24 * t56, t3 * t50)
+    t60 = K(1.0) / t5
+    t61 = select(t11, t60, K(0.0))
+    t62 = t39 * t61
+    t63 = t22 - t4 * t62
+    t64 = t26 - t2 * t62
+    t65 = t24 + t3 * t62
+    t66 = t4 * t63 + t2 * t64 - t3 * t65
+    t67 = K(1.0) / (K(2.0) * t48)
+    t68 = t67 * (K(1.0) - t5 * t61)
+    t69 = t28 + t7 * t61 * (t66 + t39)
+    t70 = K(2.0) * (t66 * (t61 + K(2.0) * t68)) - t47 * t69
+    t71 = select(t43, K(0.5) * (t24 * t57), K(0.5) * (t50 * (K(2.0) * t63 - t4 * t70)))
+    t72 = select(t43, -t22 * t56, t4 * t50)
+    t73 = select(t43, -K(0.5) * (t22 * t57), K(0.5) * (t50 * (K(2.0) * t65 + t3 * t70)))
+    t74 = select(t43, K(0.0), K(0.5) * (t50 * (K(2.0) * t64 - t2 * t70)))
+    t75 = select(t43, K(0.5) * (t26 * t57 + t52 * t56), K(0.5) * (t50 * (t5 * t69 + K(4.0) * (t68 * (t47 * t66)))))
+    t76 = np.logical_not(t42)
+    t77 = select(t43, K(3.0), K(0.0))
+    t78 = select(t76, K(6.0), t77)
     return (
         (
-            t50,  # 1
-            t57,  # e12
-            t58,  # e13
-            t70,  # e1ni
-            t71,  # e23
-            t72,  # e2ni
-            t73,  # e3ni
-            t74,  # e123ni
+            t51,  # 1
+            t58,  # e12
+            t59,  # e13
+            t71,  # e1ni
+            t72,  # e23
+            t73,  # e2ni
+            t74,  # e3ni
+            t75,  # e123ni
         ),
         (
-            t77,  # 1
+            t78,  # 1
         ),
     )
 
@@ -443,7 +449,7 @@ def cga3d_sqrt_motor_motor_batch(begin, end, out_rows, status_rows, r_rows, r_st
         store(status_rows, status_columns, first, count)
 
 
-# exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 71 mul, 38 add, 65 other.
+# exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 75 mul, 38 add, 67 other.
 def cga3d_sqrt_motor_any_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni):
     t0 = K(np.finfo(K).eps)
     t1 = t0 * t0
@@ -460,82 +466,83 @@ def cga3d_sqrt_motor_any_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni,
     t12 = np.logical_not(t11)
     t13 = t7 < K(0.0)
     t14 = t12 & t13
-    t15 = np.abs(t3)
-    t16 = np.abs(t4)
-    t17 = np.abs(t7)
-    t18 = np.abs(t2)
+    t15 = np.abs(t7)
+    t16 = np.abs(t2)
+    t17 = np.abs(t3)
+    t18 = np.abs(t4)
     t19 = t15 + t16 + t17 + t18
-    t20 = r_e1ni
-    t21 = np.abs(t20)
-    t22 = r_e2ni
+    t20 = np.abs(t19 * t19)
+    t21 = np.abs(K(4.0) * t20)
+    t22 = r_e1ni
     t23 = np.abs(t22)
-    t24 = r_e3ni
+    t24 = r_e2ni
     t25 = np.abs(t24)
-    t26 = r_e123ni
+    t26 = r_e3ni
     t27 = np.abs(t26)
-    t28 = t21 + t23 + t25 + t27
-    t29 = t19 + t28
-    t30 = t29
-    t31 = t29 - t30 <= K(0.0)
-    t32 = np.abs(t7 * t7 + t5 - K(1.0))
-    t33 = np.sqrt(t0)
-    t34 = np.abs(t19 * t19)
-    t35 = t32 <= K(4.0) * (t33 * t34) + t33
-    t36 = t31 & t35
-    t37 = t20 * t4 + t2 * t24 - t3 * t22
-    t38 = np.abs(K(2.0) * (t7 * t26 - t37))
-    t39 = np.abs(t28 * t19)
-    t40 = t38 <= K(8.0) * (t33 * t39) + t33
-    t41 = t36 & t40
-    t42 = t14 & t41
-    t43 = K(1.0) / (K(1.0) - t7)
-    t44 = select(t13, t43 * t5, t7 + K(1.0))
-    t45 = K(np.nan)
-    t46 = select(t41, t44, t45)
-    t47 = t46 * t46 + t5
-    t48 = np.sqrt(t47)
-    t49 = K(1.0) / t48
-    t50 = select(t42, K(0.0), t46 * t49)
-    t51 = t20 * t20 + t22 * t22 + t24 * t24
-    t52 = K(0.0) < t51
-    t53 = np.sqrt(t51)
-    t54 = K(1.0) / t53
-    t55 = select(t52, t54, K(0.0))
-    t56 = select(t52, K(0.0), K(1.0))
-    t57 = select(t42, -t24 * t55 - t56, t2 * t49)
-    t58 = select(t42, t22 * t55, t3 * t49)
-    t59 = K(1.0) / t5
-    t60 = select(t11, t59, K(0.0))
-    t61 = t37 * t60
-    t62 = t20 - t4 * t61
-    t63 = t24 - t2 * t61
-    t64 = t22 + t3 * t61
-    t65 = t4 * t62 + t2 * t63 - t3 * t64
-    t66 = t26 + t7 * t60 * (t65 + t37)
-    t67 = K(1.0) / (K(2.0) * t47)
-    t68 = t67 * (K(1.0) - t5 * t60)
-    t69 = t46 * t66 - K(2.0) * (t65 * (t60 + K(2.0) * t68))
-    t70 = select(t42, K(0.5) * (t22 * t56), K(0.5) * (t49 * (K(2.0) * t62 + t4 * t69)))
-    t71 = select(t42, -t20 * t55, t4 * t49)
-    t72 = select(t42, -K(0.5) * (t20 * t56), K(0.5) * (t49 * (K(2.0) * t64 - t3 * t69)))
-    t73 = select(t42, K(0.0), K(0.5) * (t49 * (K(2.0) * t63 + t2 * t69)))
-    t74 = select(t42, K(0.5) * (t24 * t56 + t51 * t55), K(0.5) * (t49 * (t5 * t66 + K(4.0) * (t68 * (t46 * t65)))))
-    t75 = np.logical_not(t41)
-    t76 = select(t42, K(3.0), K(0.0))
-    t77 = select(t75, K(6.0), t76)
+    t28 = r_e123ni
+    t29 = np.abs(t28)
+    t30 = np.abs(t19 * (t23 + t25 + t27 + t29))
+    t31 = np.abs(K(8.0) * t30)
+    t32 = t21 + t31
+    t33 = K(4.0) * t32
+    t34 = K(4.0) * t32 - t33 <= K(0.0)
+    t35 = np.abs(t7 * t7 + t5 - K(1.0))
+    t36 = np.sqrt(t0)
+    t37 = t35 <= K(4.0) * (t20 * t36) + t36
+    t38 = t34 & t37
+    t39 = t22 * t4 + t2 * t26 - t3 * t24
+    t40 = np.abs(K(2.0) * (t7 * t28 - t39))
+    t41 = t40 <= K(8.0) * (t30 * t36) + t36
+    t42 = t38 & t41
+    t43 = t14 & t42
+    t44 = K(1.0) / (K(1.0) - t7)
+    t45 = select(t13, t44 * t5, t7 + K(1.0))
+    t46 = K(np.nan)
+    t47 = select(t42, t45, t46)
+    t48 = t47 * t47 + t5
+    t49 = np.sqrt(t48)
+    t50 = K(1.0) / t49
+    t51 = select(t43, K(0.0), t47 * t50)
+    t52 = t22 * t22 + t24 * t24 + t26 * t26
+    t53 = K(0.0) < t52
+    t54 = np.sqrt(t52)
+    t55 = K(1.0) / t54
+    t56 = select(t53, t55, K(0.0))
+    t57 = select(t53, K(0.0), K(1.0))
+    t58 = select(t43, -t26 * t56 - t57, t2 * t50)
+    t59 = select(t43, t24 * t56, t3 * t50)
+    t60 = K(1.0) / t5
+    t61 = select(t11, t60, K(0.0))
+    t62 = t39 * t61
+    t63 = t22 - t4 * t62
+    t64 = t26 - t2 * t62
+    t65 = t24 + t3 * t62
+    t66 = t4 * t63 + t2 * t64 - t3 * t65
+    t67 = K(1.0) / (K(2.0) * t48)
+    t68 = t67 * (K(1.0) - t5 * t61)
+    t69 = t28 + t7 * t61 * (t66 + t39)
+    t70 = K(2.0) * (t66 * (t61 + K(2.0) * t68)) - t47 * t69
+    t71 = select(t43, K(0.5) * (t24 * t57), K(0.5) * (t50 * (K(2.0) * t63 - t4 * t70)))
+    t72 = select(t43, -t22 * t56, t4 * t50)
+    t73 = select(t43, -K(0.5) * (t22 * t57), K(0.5) * (t50 * (K(2.0) * t65 + t3 * t70)))
+    t74 = select(t43, K(0.0), K(0.5) * (t50 * (K(2.0) * t64 - t2 * t70)))
+    t75 = select(t43, K(0.5) * (t26 * t57 + t52 * t56), K(0.5) * (t50 * (t5 * t69 + K(4.0) * (t68 * (t47 * t66)))))
+    t76 = np.logical_not(t42)
+    t77 = select(t43, K(3.0), K(0.0))
+    t78 = select(t76, K(6.0), t77)
     return (
         (
-            t50,  # 1
-            t57,  # e12
-            t58,  # e13
-            t70,  # e1ni
-            t71,  # e23
-            t72,  # e2ni
-            t73,  # e3ni
-            t74,  # e123ni
+            t51,  # 1
+            t58,  # e12
+            t59,  # e13
+            t71,  # e1ni
+            t72,  # e23
+            t73,  # e2ni
+            t74,  # e3ni
+            t75,  # e123ni
         ),
         (
-            t77,  # 1
+            t78,  # 1
         ),
     )
 
@@ -559,41 +566,44 @@ def cga3d_sqrt_motor_any_motor_batch(begin, end, out_rows, status_rows, r_rows, 
         store(status_rows, status_columns, first, count)
 
 
-# exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 7 mul, 6 add, 23 other.
+# exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 10 mul, 6 add, 26 other.
 def cga3d_sqrt_motor_transversor(r_s, r_e1no, r_e2no, r_e3no):
     t0 = r_e1no
     t1 = r_s
     t2 = np.abs(t1)
-    t3 = np.abs(t0)
-    t4 = r_e2no
-    t5 = np.abs(t4)
-    t6 = r_e3no
+    t3 = np.abs(t2 * t2)
+    t4 = np.abs(t3)
+    t5 = np.abs(t0)
+    t6 = r_e2no
     t7 = np.abs(t6)
-    t8 = t2 + t3 + t5 + t7
-    t9 = t8
-    t10 = t8 - t9 <= K(0.0)
-    t11 = np.abs(t1 * t1 - K(1.0))
-    t12 = K(np.finfo(K).eps)
-    t13 = np.sqrt(t12)
-    t14 = np.abs(t2 * t2)
-    t15 = t11 <= t13 * (t14 + K(1.0))
-    t16 = t10 & t15
-    t17 = K(0.0) < t1
-    t18 = t16 & t17
-    t19 = K(np.nan)
-    t20 = select(t18, t1, t19)
-    t21 = K(1.0) / (K(2.0) * t20)
-    t22 = np.logical_not(t18)
-    t23 = select(t22, K(6.0), K(0.0))
+    t8 = r_e3no
+    t9 = np.abs(t8)
+    t10 = np.abs(t2 * (t5 + t7 + t9))
+    t11 = np.abs(K(2.0) * t10)
+    t12 = t4 + K(3.0) * t11
+    t13 = t12
+    t14 = t12 - t13 <= K(0.0)
+    t15 = np.abs(t1 * t1 - K(1.0))
+    t16 = K(np.finfo(K).eps)
+    t17 = np.sqrt(t16)
+    t18 = t15 <= t17 * (t3 + K(1.0))
+    t19 = t14 & t18
+    t20 = K(0.0) < t1
+    t21 = t19 & t20
+    t22 = K(np.nan)
+    t23 = select(t21, t1, t22)
+    t24 = K(1.0) / (K(2.0) * t23)
+    t25 = np.logical_not(t21)
+    t26 = select(t25, K(6.0), K(0.0))
     return (
         (
             K(1.0),  # 1
-            t0 * t21,  # e1no
-            t4 * t21,  # e2no
-            t6 * t21,  # e3no
+            t0 * t24,  # e1no
+            t6 * t24,  # e2no
+            t8 * t24,  # e3no
         ),
         (
-            t23,  # 1
+            t26,  # 1
         ),
     )
 

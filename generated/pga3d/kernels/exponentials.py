@@ -64,7 +64,7 @@ def pga3d_exp_bivector_twist_batch(begin, end, out_rows, b_rows, b_step):
         store(out_rows, out_columns, first, count)
 
 
-# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 46 mul, 34 add, 58 other.
+# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 50 mul, 34 add, 60 other.
 def pga3d_log_motor_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e0123):
     t0 = r_e01
     t1 = r_e23
@@ -86,65 +86,67 @@ def pga3d_log_motor_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e0123
     t17 = t15 * t4 + t0 * t1 - t16 * t5
     t18 = t14 * t17
     t19 = t0 - t1 * t18
-    t20 = np.abs(t0)
-    t21 = np.abs(t16)
-    t22 = np.abs(t15)
-    t23 = r_e0123
-    t24 = np.abs(t23)
-    t25 = t20 + t21 + t22 + t24
-    t26 = np.abs(t8)
-    t27 = np.abs(t4)
-    t28 = np.abs(t5)
-    t29 = np.abs(t1)
-    t30 = t26 + t27 + t28 + t29
-    t31 = t25 + t30
-    t32 = t31
-    t33 = t31 - t32 <= K(0.0)
-    t34 = np.abs(t8 * t8 + t6 - K(1.0))
-    t35 = np.abs(t30 * t30)
-    t36 = np.sqrt(t2)
-    t37 = t34 <= K(4.0) * (t35 * t36) + t36
-    t38 = t33 & t37
-    t39 = np.abs(K(2.0) * (t8 * t23 - t17))
-    t40 = np.abs(t30 * t25)
-    t41 = t39 <= K(8.0) * (t40 * t36) + t36
-    t42 = t38 & t41
-    t43 = np.logical_not(t12)
-    t44 = t8 < K(0.0)
-    t45 = t43 & t44
-    t46 = select(t45, K(0.0), t6)
-    t47 = np.sqrt(t46)
-    t48 = atan2(t47, t8)
-    t49 = K(1.0) / t47
-    t50 = select(t44, K(-1.0), K(1.0))
-    t51 = select(t12, t48 * t49, t50)
-    t52 = K(np.nan)
-    t53 = select(t42, t51, t52)
-    t54 = t15 - t4 * t18
-    t55 = t16 + t5 * t18
-    t56 = t23 + t14 * (t8 * t17 + (t1 * t19 + t4 * t54 - t5 * t55) * (t8 - t53))
-    t57 = select(t45, t48, K(0.0))
-    t58 = t0 * t0 + t16 * t16 + t15 * t15
-    t59 = K(0.0) < t58
-    t60 = np.sqrt(t58)
-    t61 = K(1.0) / t60
-    t62 = select(t59, t61, K(0.0))
-    t63 = select(t59, K(0.0), K(1.0))
-    t64 = t62 * t57
-    t65 = np.logical_not(t42)
-    t66 = select(t45, K(3.0), K(0.0))
-    t67 = select(t65, K(6.0), t66)
+    t20 = np.abs(t8)
+    t21 = np.abs(t4)
+    t22 = np.abs(t5)
+    t23 = np.abs(t1)
+    t24 = t20 + t21 + t22 + t23
+    t25 = np.abs(t24 * t24)
+    t26 = np.abs(K(4.0) * t25)
+    t27 = np.abs(t0)
+    t28 = np.abs(t16)
+    t29 = np.abs(t15)
+    t30 = r_e0123
+    t31 = np.abs(t30)
+    t32 = np.abs(t24 * (t27 + t28 + t29 + t31))
+    t33 = np.abs(K(8.0) * t32)
+    t34 = t26 + t33
+    t35 = K(4.0) * t34
+    t36 = K(4.0) * t34 - t35 <= K(0.0)
+    t37 = np.abs(t8 * t8 + t6 - K(1.0))
+    t38 = np.sqrt(t2)
+    t39 = t37 <= K(4.0) * (t25 * t38) + t38
+    t40 = t36 & t39
+    t41 = np.abs(K(2.0) * (t8 * t30 - t17))
+    t42 = t41 <= K(8.0) * (t32 * t38) + t38
+    t43 = t40 & t42
+    t44 = np.logical_not(t12)
+    t45 = t8 < K(0.0)
+    t46 = t44 & t45
+    t47 = select(t46, K(0.0), t6)
+    t48 = np.sqrt(t47)
+    t49 = atan2(t48, t8)
+    t50 = K(1.0) / t48
+    t51 = select(t45, K(-1.0), K(1.0))
+    t52 = select(t12, t49 * t50, t51)
+    t53 = K(np.nan)
+    t54 = select(t43, t52, t53)
+    t55 = t15 - t4 * t18
+    t56 = t16 + t5 * t18
+    t57 = t1 * t19 + t4 * t55 - t5 * t56
+    t58 = t30 + t14 * (t8 * (t17 + t57) - t54 * t57)
+    t59 = select(t46, t49, K(0.0))
+    t60 = t0 * t0 + t16 * t16 + t15 * t15
+    t61 = K(0.0) < t60
+    t62 = np.sqrt(t60)
+    t63 = K(1.0) / t62
+    t64 = select(t61, t63, K(0.0))
+    t65 = select(t61, K(0.0), K(1.0))
+    t66 = t64 * t59
+    t67 = np.logical_not(t43)
+    t68 = select(t46, K(3.0), K(0.0))
+    t69 = select(t67, K(6.0), t68)
     return (
         (
-            t19 * t53 + t1 * t56,  # e01
-            t53 * t55 - t5 * t56,  # e02
-            t53 * t54 + t4 * t56,  # e03
-            t4 * t53 + t57 * (t15 * t62 - t63),  # e12
-            t5 * t53 - t16 * t64,  # e13
-            t0 * t64 + t1 * t53,  # e23
+            t19 * t54 + t1 * t58,  # e01
+            t54 * t56 - t5 * t58,  # e02
+            t54 * t55 + t4 * t58,  # e03
+            t4 * t54 + t59 * (t15 * t64 - t65),  # e12
+            t5 * t54 - t16 * t66,  # e13
+            t0 * t66 + t1 * t54,  # e23
         ),
         (
-            t67,  # 1
+            t69,  # 1
         ),
     )
 
@@ -168,7 +170,7 @@ def pga3d_log_motor_motor_batch(begin, end, out_rows, status_rows, r_rows, r_ste
         store(status_rows, status_columns, first, count)
 
 
-# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 46 mul, 34 add, 58 other.
+# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 50 mul, 34 add, 60 other.
 def pga3d_log_motor_any_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e0123):
     t0 = r_e01
     t1 = r_e23
@@ -190,65 +192,67 @@ def pga3d_log_motor_any_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e
     t17 = t15 * t4 + t0 * t1 - t16 * t5
     t18 = t14 * t17
     t19 = t0 - t1 * t18
-    t20 = np.abs(t0)
-    t21 = np.abs(t16)
-    t22 = np.abs(t15)
-    t23 = r_e0123
-    t24 = np.abs(t23)
-    t25 = t20 + t21 + t22 + t24
-    t26 = np.abs(t8)
-    t27 = np.abs(t4)
-    t28 = np.abs(t5)
-    t29 = np.abs(t1)
-    t30 = t26 + t27 + t28 + t29
-    t31 = t25 + t30
-    t32 = t31
-    t33 = t31 - t32 <= K(0.0)
-    t34 = np.abs(t8 * t8 + t6 - K(1.0))
-    t35 = np.abs(t30 * t30)
-    t36 = np.sqrt(t2)
-    t37 = t34 <= K(4.0) * (t35 * t36) + t36
-    t38 = t33 & t37
-    t39 = np.abs(K(2.0) * (t8 * t23 - t17))
-    t40 = np.abs(t30 * t25)
-    t41 = t39 <= K(8.0) * (t40 * t36) + t36
-    t42 = t38 & t41
-    t43 = np.logical_not(t12)
-    t44 = t8 < K(0.0)
-    t45 = t43 & t44
-    t46 = select(t45, K(0.0), t6)
-    t47 = np.sqrt(t46)
-    t48 = atan2(t47, t8)
-    t49 = K(1.0) / t47
-    t50 = select(t44, K(-1.0), K(1.0))
-    t51 = select(t12, t48 * t49, t50)
-    t52 = K(np.nan)
-    t53 = select(t42, t51, t52)
-    t54 = t15 - t4 * t18
-    t55 = t16 + t5 * t18
-    t56 = t23 + t14 * (t8 * t17 + (t1 * t19 + t4 * t54 - t5 * t55) * (t8 - t53))
-    t57 = select(t45, t48, K(0.0))
-    t58 = t0 * t0 + t16 * t16 + t15 * t15
-    t59 = K(0.0) < t58
-    t60 = np.sqrt(t58)
-    t61 = K(1.0) / t60
-    t62 = select(t59, t61, K(0.0))
-    t63 = select(t59, K(0.0), K(1.0))
-    t64 = t62 * t57
-    t65 = np.logical_not(t42)
-    t66 = select(t45, K(3.0), K(0.0))
-    t67 = select(t65, K(6.0), t66)
+    t20 = np.abs(t8)
+    t21 = np.abs(t4)
+    t22 = np.abs(t5)
+    t23 = np.abs(t1)
+    t24 = t20 + t21 + t22 + t23
+    t25 = np.abs(t24 * t24)
+    t26 = np.abs(K(4.0) * t25)
+    t27 = np.abs(t0)
+    t28 = np.abs(t16)
+    t29 = np.abs(t15)
+    t30 = r_e0123
+    t31 = np.abs(t30)
+    t32 = np.abs(t24 * (t27 + t28 + t29 + t31))
+    t33 = np.abs(K(8.0) * t32)
+    t34 = t26 + t33
+    t35 = K(4.0) * t34
+    t36 = K(4.0) * t34 - t35 <= K(0.0)
+    t37 = np.abs(t8 * t8 + t6 - K(1.0))
+    t38 = np.sqrt(t2)
+    t39 = t37 <= K(4.0) * (t25 * t38) + t38
+    t40 = t36 & t39
+    t41 = np.abs(K(2.0) * (t8 * t30 - t17))
+    t42 = t41 <= K(8.0) * (t32 * t38) + t38
+    t43 = t40 & t42
+    t44 = np.logical_not(t12)
+    t45 = t8 < K(0.0)
+    t46 = t44 & t45
+    t47 = select(t46, K(0.0), t6)
+    t48 = np.sqrt(t47)
+    t49 = atan2(t48, t8)
+    t50 = K(1.0) / t48
+    t51 = select(t45, K(-1.0), K(1.0))
+    t52 = select(t12, t49 * t50, t51)
+    t53 = K(np.nan)
+    t54 = select(t43, t52, t53)
+    t55 = t15 - t4 * t18
+    t56 = t16 + t5 * t18
+    t57 = t1 * t19 + t4 * t55 - t5 * t56
+    t58 = t30 + t14 * (t8 * (t17 + t57) - t54 * t57)
+    t59 = select(t46, t49, K(0.0))
+    t60 = t0 * t0 + t16 * t16 + t15 * t15
+    t61 = K(0.0) < t60
+    t62 = np.sqrt(t60)
+    t63 = K(1.0) / t62
+    t64 = select(t61, t63, K(0.0))
+    t65 = select(t61, K(0.0), K(1.0))
+    t66 = t64 * t59
+    t67 = np.logical_not(t43)
+    t68 = select(t46, K(3.0), K(0.0))
+    t69 = select(t67, K(6.0), t68)
     return (
         (
-            t19 * t53 + t1 * t56,  # e01
-            t53 * t55 - t5 * t56,  # e02
-            t53 * t54 + t4 * t56,  # e03
-            t4 * t53 + t57 * (t15 * t62 - t63),  # e12
-            t5 * t53 - t16 * t64,  # e13
-            t0 * t64 + t1 * t53,  # e23
+            t19 * t54 + t1 * t58,  # e01
+            t54 * t56 - t5 * t58,  # e02
+            t54 * t55 + t4 * t58,  # e03
+            t4 * t54 + t59 * (t15 * t64 - t65),  # e12
+            t5 * t54 - t16 * t66,  # e13
+            t0 * t66 + t1 * t54,  # e23
         ),
         (
-            t67,  # 1
+            t69,  # 1
         ),
     )
 
@@ -272,7 +276,7 @@ def pga3d_log_motor_any_motor_batch(begin, end, out_rows, status_rows, r_rows, r
         store(status_rows, status_columns, first, count)
 
 
-# exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 71 mul, 38 add, 65 other.
+# exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 75 mul, 38 add, 67 other.
 def pga3d_sqrt_motor_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e0123):
     t0 = K(np.finfo(K).eps)
     t1 = t0 * t0
@@ -289,82 +293,83 @@ def pga3d_sqrt_motor_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e012
     t12 = np.logical_not(t11)
     t13 = t7 < K(0.0)
     t14 = t12 & t13
-    t15 = np.abs(t3)
-    t16 = np.abs(t4)
-    t17 = np.abs(t7)
-    t18 = np.abs(t2)
+    t15 = np.abs(t7)
+    t16 = np.abs(t2)
+    t17 = np.abs(t3)
+    t18 = np.abs(t4)
     t19 = t15 + t16 + t17 + t18
-    t20 = r_e01
-    t21 = np.abs(t20)
-    t22 = r_e02
+    t20 = np.abs(t19 * t19)
+    t21 = np.abs(K(4.0) * t20)
+    t22 = r_e01
     t23 = np.abs(t22)
-    t24 = r_e03
+    t24 = r_e02
     t25 = np.abs(t24)
-    t26 = r_e0123
+    t26 = r_e03
     t27 = np.abs(t26)
-    t28 = t21 + t23 + t25 + t27
-    t29 = t19 + t28
-    t30 = t29
-    t31 = t29 - t30 <= K(0.0)
-    t32 = np.abs(t7 * t7 + t5 - K(1.0))
-    t33 = np.sqrt(t0)
-    t34 = np.abs(t19 * t19)
-    t35 = t32 <= K(4.0) * (t33 * t34) + t33
-    t36 = t31 & t35
-    t37 = t24 * t2 + t20 * t4 - t22 * t3
-    t38 = np.abs(K(2.0) * (t7 * t26 - t37))
-    t39 = np.abs(t28 * t19)
-    t40 = t38 <= K(8.0) * (t33 * t39) + t33
-    t41 = t36 & t40
-    t42 = t14 & t41
-    t43 = K(1.0) / (K(1.0) - t7)
-    t44 = select(t13, t43 * t5, t7 + K(1.0))
-    t45 = K(np.nan)
-    t46 = select(t41, t44, t45)
-    t47 = t46 * t46 + t5
-    t48 = np.sqrt(t47)
-    t49 = K(1.0) / t48
-    t50 = select(t42, K(0.0), t46 * t49)
-    t51 = t20 * t20 + t22 * t22 + t24 * t24
-    t52 = K(0.0) < t51
-    t53 = select(t52, K(0.0), K(1.0))
-    t54 = K(1.0) / t5
-    t55 = select(t11, t54, K(0.0))
-    t56 = t37 * t55
-    t57 = t20 - t4 * t56
-    t58 = t24 - t2 * t56
-    t59 = t22 + t3 * t56
-    t60 = t4 * t57 + t2 * t58 - t3 * t59
-    t61 = t26 + t7 * t55 * (t37 + t60)
-    t62 = K(1.0) / (K(2.0) * t47)
-    t63 = t62 * (K(1.0) - t5 * t55)
-    t64 = t46 * t61 - K(2.0) * (t60 * (t55 + K(2.0) * t63))
-    t65 = select(t42, K(0.5) * (t22 * t53), K(0.5) * (t49 * (K(2.0) * t57 + t4 * t64)))
-    t66 = select(t42, -K(0.5) * (t20 * t53), K(0.5) * (t49 * (K(2.0) * t59 - t3 * t64)))
-    t67 = select(t42, K(0.0), K(0.5) * (t49 * (K(2.0) * t58 + t2 * t64)))
-    t68 = np.sqrt(t51)
-    t69 = K(1.0) / t68
-    t70 = select(t52, t69, K(0.0))
-    t71 = select(t42, t24 * t70 - t53, t2 * t49)
-    t72 = select(t42, -t22 * t70, t3 * t49)
-    t73 = select(t42, t20 * t70, t4 * t49)
-    t74 = select(t42, K(0.5) * (t24 * t53 - t51 * t70), K(0.5) * (t49 * (K(4.0) * (t63 * (t46 * t60)) + t5 * t61)))
-    t75 = np.logical_not(t41)
-    t76 = select(t42, K(3.0), K(0.0))
-    t77 = select(t75, K(6.0), t76)
+    t28 = r_e0123
+    t29 = np.abs(t28)
+    t30 = np.abs(t19 * (t23 + t25 + t27 + t29))
+    t31 = np.abs(K(8.0) * t30)
+    t32 = t21 + t31
+    t33 = K(4.0) * t32
+    t34 = K(4.0) * t32 - t33 <= K(0.0)
+    t35 = np.abs(t7 * t7 + t5 - K(1.0))
+    t36 = np.sqrt(t0)
+    t37 = t35 <= K(4.0) * (t20 * t36) + t36
+    t38 = t34 & t37
+    t39 = t26 * t2 + t22 * t4 - t24 * t3
+    t40 = np.abs(K(2.0) * (t7 * t28 - t39))
+    t41 = t40 <= K(8.0) * (t30 * t36) + t36
+    t42 = t38 & t41
+    t43 = t14 & t42
+    t44 = K(1.0) / (K(1.0) - t7)
+    t45 = select(t13, t44 * t5, t7 + K(1.0))
+    t46 = K(np.nan)
+    t47 = select(t42, t45, t46)
+    t48 = t47 * t47 + t5
+    t49 = np.sqrt(t48)
+    t50 = K(1.0) / t49
+    t51 = select(t43, K(0.0), t47 * t50)
+    t52 = t22 * t22 + t24 * t24 + t26 * t26
+    t53 = K(0.0) < t52
+    t54 = select(t53, K(0.0), K(1.0))
+    t55 = K(1.0) / t5
+    t56 = select(t11, t55, K(0.0))
+    t57 = t39 * t56
+    t58 = t22 - t4 * t57
+    t59 = t26 - t2 * t57
+    t60 = t24 + t3 * t57
+    t61 = t4 * t58 + t2 * t59 - t3 * t60
+    t62 = K(1.0) / (K(2.0) * t48)
+    t63 = t62 * (K(1.0) - t5 * t56)
+    t64 = t28 + t7 * t56 * (t61 + t39)
+    t65 = K(2.0) * (t61 * (t56 + K(2.0) * t63)) - t47 * t64
+    t66 = select(t43, K(0.5) * (t24 * t54), K(0.5) * (t50 * (K(2.0) * t58 - t4 * t65)))
+    t67 = select(t43, -K(0.5) * (t22 * t54), K(0.5) * (t50 * (K(2.0) * t60 + t3 * t65)))
+    t68 = select(t43, K(0.0), K(0.5) * (t50 * (K(2.0) * t59 - t2 * t65)))
+    t69 = np.sqrt(t52)
+    t70 = K(1.0) / t69
+    t71 = select(t53, t70, K(0.0))
+    t72 = select(t43, t26 * t71 - t54, t2 * t50)
+    t73 = select(t43, -t24 * t71, t3 * t50)
+    t74 = select(t43, t22 * t71, t4 * t50)
+    t75 = select(t43, K(0.5) * (t26 * t54 - t52 * t71), K(0.5) * (t50 * (t5 * t64 + K(4.0) * (t63 * (t47 * t61)))))
+    t76 = np.logical_not(t42)
+    t77 = select(t43, K(3.0), K(0.0))
+    t78 = select(t76, K(6.0), t77)
     return (
         (
-            t50,  # 1
-            t65,  # e01
-            t66,  # e02
-            t67,  # e03
-            t71,  # e12
-            t72,  # e13
-            t73,  # e23
-            t74,  # e0123
+            t51,  # 1
+            t66,  # e01
+            t67,  # e02
+            t68,  # e03
+            t72,  # e12
+            t73,  # e13
+            t74,  # e23
+            t75,  # e0123
         ),
         (
-            t77,  # 1
+            t78,  # 1
         ),
     )
 
@@ -388,7 +393,7 @@ def pga3d_sqrt_motor_motor_batch(begin, end, out_rows, status_rows, r_rows, r_st
         store(status_rows, status_columns, first, count)
 
 
-# exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 71 mul, 38 add, 65 other.
+# exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t). 75 mul, 38 add, 67 other.
 def pga3d_sqrt_motor_any_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e0123):
     t0 = K(np.finfo(K).eps)
     t1 = t0 * t0
@@ -405,82 +410,83 @@ def pga3d_sqrt_motor_any_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_
     t12 = np.logical_not(t11)
     t13 = t7 < K(0.0)
     t14 = t12 & t13
-    t15 = np.abs(t3)
-    t16 = np.abs(t4)
-    t17 = np.abs(t7)
-    t18 = np.abs(t2)
+    t15 = np.abs(t7)
+    t16 = np.abs(t2)
+    t17 = np.abs(t3)
+    t18 = np.abs(t4)
     t19 = t15 + t16 + t17 + t18
-    t20 = r_e01
-    t21 = np.abs(t20)
-    t22 = r_e02
+    t20 = np.abs(t19 * t19)
+    t21 = np.abs(K(4.0) * t20)
+    t22 = r_e01
     t23 = np.abs(t22)
-    t24 = r_e03
+    t24 = r_e02
     t25 = np.abs(t24)
-    t26 = r_e0123
+    t26 = r_e03
     t27 = np.abs(t26)
-    t28 = t21 + t23 + t25 + t27
-    t29 = t19 + t28
-    t30 = t29
-    t31 = t29 - t30 <= K(0.0)
-    t32 = np.abs(t7 * t7 + t5 - K(1.0))
-    t33 = np.sqrt(t0)
-    t34 = np.abs(t19 * t19)
-    t35 = t32 <= K(4.0) * (t33 * t34) + t33
-    t36 = t31 & t35
-    t37 = t24 * t2 + t20 * t4 - t22 * t3
-    t38 = np.abs(K(2.0) * (t7 * t26 - t37))
-    t39 = np.abs(t28 * t19)
-    t40 = t38 <= K(8.0) * (t33 * t39) + t33
-    t41 = t36 & t40
-    t42 = t14 & t41
-    t43 = K(1.0) / (K(1.0) - t7)
-    t44 = select(t13, t43 * t5, t7 + K(1.0))
-    t45 = K(np.nan)
-    t46 = select(t41, t44, t45)
-    t47 = t46 * t46 + t5
-    t48 = np.sqrt(t47)
-    t49 = K(1.0) / t48
-    t50 = select(t42, K(0.0), t46 * t49)
-    t51 = t20 * t20 + t22 * t22 + t24 * t24
-    t52 = K(0.0) < t51
-    t53 = select(t52, K(0.0), K(1.0))
-    t54 = K(1.0) / t5
-    t55 = select(t11, t54, K(0.0))
-    t56 = t37 * t55
-    t57 = t20 - t4 * t56
-    t58 = t24 - t2 * t56
-    t59 = t22 + t3 * t56
-    t60 = t4 * t57 + t2 * t58 - t3 * t59
-    t61 = t26 + t7 * t55 * (t37 + t60)
-    t62 = K(1.0) / (K(2.0) * t47)
-    t63 = t62 * (K(1.0) - t5 * t55)
-    t64 = t46 * t61 - K(2.0) * (t60 * (t55 + K(2.0) * t63))
-    t65 = select(t42, K(0.5) * (t22 * t53), K(0.5) * (t49 * (K(2.0) * t57 + t4 * t64)))
-    t66 = select(t42, -K(0.5) * (t20 * t53), K(0.5) * (t49 * (K(2.0) * t59 - t3 * t64)))
-    t67 = select(t42, K(0.0), K(0.5) * (t49 * (K(2.0) * t58 + t2 * t64)))
-    t68 = np.sqrt(t51)
-    t69 = K(1.0) / t68
-    t70 = select(t52, t69, K(0.0))
-    t71 = select(t42, t24 * t70 - t53, t2 * t49)
-    t72 = select(t42, -t22 * t70, t3 * t49)
-    t73 = select(t42, t20 * t70, t4 * t49)
-    t74 = select(t42, K(0.5) * (t24 * t53 - t51 * t70), K(0.5) * (t49 * (K(4.0) * (t63 * (t46 * t60)) + t5 * t61)))
-    t75 = np.logical_not(t41)
-    t76 = select(t42, K(3.0), K(0.0))
-    t77 = select(t75, K(6.0), t76)
+    t28 = r_e0123
+    t29 = np.abs(t28)
+    t30 = np.abs(t19 * (t23 + t25 + t27 + t29))
+    t31 = np.abs(K(8.0) * t30)
+    t32 = t21 + t31
+    t33 = K(4.0) * t32
+    t34 = K(4.0) * t32 - t33 <= K(0.0)
+    t35 = np.abs(t7 * t7 + t5 - K(1.0))
+    t36 = np.sqrt(t0)
+    t37 = t35 <= K(4.0) * (t20 * t36) + t36
+    t38 = t34 & t37
+    t39 = t26 * t2 + t22 * t4 - t24 * t3
+    t40 = np.abs(K(2.0) * (t7 * t28 - t39))
+    t41 = t40 <= K(8.0) * (t30 * t36) + t36
+    t42 = t38 & t41
+    t43 = t14 & t42
+    t44 = K(1.0) / (K(1.0) - t7)
+    t45 = select(t13, t44 * t5, t7 + K(1.0))
+    t46 = K(np.nan)
+    t47 = select(t42, t45, t46)
+    t48 = t47 * t47 + t5
+    t49 = np.sqrt(t48)
+    t50 = K(1.0) / t49
+    t51 = select(t43, K(0.0), t47 * t50)
+    t52 = t22 * t22 + t24 * t24 + t26 * t26
+    t53 = K(0.0) < t52
+    t54 = select(t53, K(0.0), K(1.0))
+    t55 = K(1.0) / t5
+    t56 = select(t11, t55, K(0.0))
+    t57 = t39 * t56
+    t58 = t22 - t4 * t57
+    t59 = t26 - t2 * t57
+    t60 = t24 + t3 * t57
+    t61 = t4 * t58 + t2 * t59 - t3 * t60
+    t62 = K(1.0) / (K(2.0) * t48)
+    t63 = t62 * (K(1.0) - t5 * t56)
+    t64 = t28 + t7 * t56 * (t61 + t39)
+    t65 = K(2.0) * (t61 * (t56 + K(2.0) * t63)) - t47 * t64
+    t66 = select(t43, K(0.5) * (t24 * t54), K(0.5) * (t50 * (K(2.0) * t58 - t4 * t65)))
+    t67 = select(t43, -K(0.5) * (t22 * t54), K(0.5) * (t50 * (K(2.0) * t60 + t3 * t65)))
+    t68 = select(t43, K(0.0), K(0.5) * (t50 * (K(2.0) * t59 - t2 * t65)))
+    t69 = np.sqrt(t52)
+    t70 = K(1.0) / t69
+    t71 = select(t53, t70, K(0.0))
+    t72 = select(t43, t26 * t71 - t54, t2 * t50)
+    t73 = select(t43, -t24 * t71, t3 * t50)
+    t74 = select(t43, t22 * t71, t4 * t50)
+    t75 = select(t43, K(0.5) * (t26 * t54 - t52 * t71), K(0.5) * (t50 * (t5 * t64 + K(4.0) * (t63 * (t47 * t61)))))
+    t76 = np.logical_not(t42)
+    t77 = select(t43, K(3.0), K(0.0))
+    t78 = select(t76, K(6.0), t77)
     return (
         (
-            t50,  # 1
-            t65,  # e01
-            t66,  # e02
-            t67,  # e03
-            t71,  # e12
-            t72,  # e13
-            t73,  # e23
-            t74,  # e0123
+            t51,  # 1
+            t66,  # e01
+            t67,  # e02
+            t68,  # e03
+            t72,  # e12
+            t73,  # e13
+            t74,  # e23
+            t75,  # e0123
         ),
         (
-            t77,  # 1
+            t78,  # 1
         ),
     )
 

@@ -93,7 +93,7 @@ def pga3d_exp_pose_numbers6_batch(begin, end, out_rows, status_rows, twist_rows,
         store(status_rows, status_columns, first, count)
 
 
-# The row of phi with exp(-phi/2) = x; angle and statuses as of `log_motor`. 53 mul, 36 add, 58 other.
+# The row of phi with exp(-phi/2) = x; angle and statuses as of `log_motor`. 56 mul, 34 add, 60 other.
 def pga3d_log_pose_motor(x_s, x_e01, x_e02, x_e03, x_e12, x_e13, x_e23, x_e0123):
     t0 = x_e23
     t1 = x_s
@@ -103,42 +103,42 @@ def pga3d_log_pose_motor(x_s, x_e01, x_e02, x_e03, x_e12, x_e13, x_e23, x_e0123)
     t5 = x_e13
     t6 = np.abs(t5)
     t7 = np.abs(t0)
-    t8 = t4 + t6 + t7
-    t9 = t2 + t8
-    t10 = x_e01
-    t11 = np.abs(t10)
-    t12 = x_e02
-    t13 = np.abs(t12)
-    t14 = x_e03
-    t15 = np.abs(t14)
-    t16 = x_e0123
-    t17 = np.abs(t16)
-    t18 = t11 + t13 + t15 + t17
-    t19 = t9 + t18
-    t20 = t19
-    t21 = t19 - t20 <= K(0.0)
-    t22 = t3 * t3 + t5 * t5 + t0 * t0
-    t23 = np.abs(t1 * t1 + t22 - K(1.0))
-    t24 = K(np.finfo(K).eps)
-    t25 = np.sqrt(t24)
-    t26 = np.abs(t8 * t8 + t2 * (t9 + t8))
-    t27 = t23 <= K(4.0) * (t25 * t26) + t25
-    t28 = t21 & t27
-    t29 = t14 * t3 + t10 * t0 - t12 * t5
-    t30 = np.abs(K(2.0) * (t1 * t16 - t29))
-    t31 = np.abs(t18 * t9)
-    t32 = t30 <= K(8.0) * (t25 * t31) + t25
-    t33 = t28 & t32
-    t34 = t24 * t24
-    t35 = t34 * t34 < t22
+    t8 = t2 + t4 + t6 + t7
+    t9 = np.abs(t8 * t8)
+    t10 = np.abs(K(4.0) * t9)
+    t11 = x_e01
+    t12 = np.abs(t11)
+    t13 = x_e02
+    t14 = np.abs(t13)
+    t15 = x_e03
+    t16 = np.abs(t15)
+    t17 = x_e0123
+    t18 = np.abs(t17)
+    t19 = np.abs(t8 * (t12 + t14 + t16 + t18))
+    t20 = np.abs(K(8.0) * t19)
+    t21 = t10 + t20
+    t22 = K(4.0) * t21
+    t23 = K(4.0) * t21 - t22 <= K(0.0)
+    t24 = t3 * t3 + t5 * t5 + t0 * t0
+    t25 = np.abs(t1 * t1 + t24 - K(1.0))
+    t26 = K(np.finfo(K).eps)
+    t27 = np.sqrt(t26)
+    t28 = t25 <= K(4.0) * (t9 * t27) + t27
+    t29 = t23 & t28
+    t30 = t15 * t3 + t11 * t0 - t13 * t5
+    t31 = np.abs(K(2.0) * (t1 * t17 - t30))
+    t32 = t31 <= K(8.0) * (t19 * t27) + t27
+    t33 = t29 & t32
+    t34 = t26 * t26
+    t35 = t34 * t34 < t24
     t36 = K(0.0) < t1
-    t37 = K(4096.0) * t34 < t22
+    t37 = K(4096.0) * t34 < t24
     t38 = t36 | t37
     t39 = t35 & t38
     t40 = np.logical_not(t39)
     t41 = t1 < K(0.0)
     t42 = t40 & t41
-    t43 = select(t42, K(0.0), t22)
+    t43 = select(t42, K(0.0), t24)
     t44 = np.sqrt(t43)
     t45 = atan2(t44, t1)
     t46 = K(1.0) / t44
@@ -146,7 +146,7 @@ def pga3d_log_pose_motor(x_s, x_e01, x_e02, x_e03, x_e12, x_e13, x_e23, x_e0123)
     t48 = select(t39, t45 * t46, t47)
     t49 = K(np.nan)
     t50 = select(t33, t48, t49)
-    t51 = t10 * t10 + t12 * t12 + t14 * t14
+    t51 = t11 * t11 + t13 * t13 + t15 * t15
     t52 = K(0.0) < t51
     t53 = np.sqrt(t51)
     t54 = K(1.0) / t53
@@ -154,22 +154,22 @@ def pga3d_log_pose_motor(x_s, x_e01, x_e02, x_e03, x_e12, x_e13, x_e23, x_e0123)
     t56 = select(t42, t45, K(0.0))
     t57 = t55 * t56
     t58 = select(t52, K(0.0), K(1.0))
-    t59 = K(1.0) / t22
+    t59 = K(1.0) / t24
     t60 = select(t39, t59, K(0.0))
-    t61 = t29 * t60
-    t62 = t10 - t0 * t61
-    t63 = t14 - t3 * t61
-    t64 = t12 + t5 * t61
+    t61 = t30 * t60
+    t62 = t11 - t0 * t61
+    t63 = t15 - t3 * t61
+    t64 = t13 + t5 * t61
     t65 = t0 * t62 + t3 * t63 - t5 * t64
-    t66 = t16 - t60 * (t50 * t65 - t1 * (t65 + t29))
+    t66 = t17 + t60 * (t1 * (t30 + t65) - t50 * t65)
     t67 = np.logical_not(t33)
     t68 = select(t42, K(3.0), K(0.0))
     t69 = select(t67, K(6.0), t68)
     return (
         (
-            -K(2.0) * (t0 * t50 + t10 * t57),
-            K(2.0) * (t5 * t50 - t12 * t57),
-            -K(2.0) * (t3 * t50 + t56 * (t14 * t55 - t58)),
+            -K(2.0) * (t0 * t50 + t11 * t57),
+            K(2.0) * (t5 * t50 - t13 * t57),
+            -K(2.0) * (t3 * t50 + t56 * (t15 * t55 - t58)),
             K(2.0) * (t50 * t62 + t0 * t66),
             K(2.0) * (t50 * t64 - t5 * t66),
             K(2.0) * (t50 * t63 + t3 * t66),

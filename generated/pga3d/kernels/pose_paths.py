@@ -16,7 +16,7 @@ from bladesmith.templates.numba.rows import BLOCK, load, select, store
 K = np.float64
 
 
-# x (~x y)^t by the smaller angle: a screw motion. NOT_UNIQUE: half a turn to rounding, either way. 191 mul, 135 add, 84 other.
+# x (~x y)^t by the smaller angle: a screw motion. NOT_UNIQUE: half a turn to rounding, either way. 195 mul, 135 add, 86 other.
 def pga3d_screw_path_motor_motor_number(
     x_s, x_e01, x_e02, x_e03, x_e12, x_e13, x_e23, x_e0123, y_s, y_e01, y_e02, y_e03, y_e12, y_e13,
     y_e23, y_e0123, t_s,
@@ -26,144 +26,145 @@ def pga3d_screw_path_motor_motor_number(
     t2 = t1 < K(0.0)
     t3 = select(t2, K(-1.0), K(1.0))
     t4 = -t3 * (x_e12 * y_s + x_e23 * y_e13 - x_s * y_e12 - x_e13 * y_e23)
-    t5 = x_e01 * y_s + x_e12 * y_e02 + x_e13 * y_e03 + x_e0123 * y_e23 - x_s * y_e01 - x_e02 * y_e12 - x_e03 * y_e13 - x_e23 * y_e0123
-    t6 = -t3 * t5
-    t7 = np.abs(t6)
-    t8 = x_e02 * y_s + x_e23 * y_e03 + x_e01 * y_e12 + x_e13 * y_e0123 - x_e12 * y_e01 - x_s * y_e02 - x_e0123 * y_e13 - x_e03 * y_e23
-    t9 = -t3 * t8
-    t10 = np.abs(t9)
-    t11 = x_e03 * y_s + x_e0123 * y_e12 + x_e01 * y_e13 + x_e02 * y_e23 - x_e13 * y_e01 - x_e23 * y_e02 - x_s * y_e03 - x_e12 * y_e0123
-    t12 = -t3 * t11
-    t13 = np.abs(t12)
-    t14 = x_e0123 * y_s + x_e13 * y_e02 + x_e02 * y_e13 + x_s * y_e0123 - x_e23 * y_e01 - x_e12 * y_e03 - x_e03 * y_e12 - x_e01 * y_e23
-    t15 = t3 * t14
-    t16 = np.abs(t15)
-    t17 = t7 + t10 + t13 + t16
-    t18 = t1 * t3
-    t19 = np.abs(t18)
-    t20 = np.abs(t4)
-    t21 = -t3 * (x_e13 * y_s + x_e12 * y_e23 - x_e23 * y_e12 - x_s * y_e13)
-    t22 = np.abs(t21)
-    t23 = -t3 * (x_e23 * y_s + x_e13 * y_e12 - x_e12 * y_e13 - x_s * y_e23)
-    t24 = np.abs(t23)
-    t25 = t19 + t20 + t22 + t24
-    t26 = t17 + t25
-    t27 = t26
-    t28 = t26 - t27 <= K(0.0)
-    t29 = t4 * t4 + t21 * t21 + t23 * t23
-    t30 = np.abs(t18 * t18 + t29 - K(1.0))
-    t31 = np.sqrt(t0)
-    t32 = np.abs(t25 * t25)
-    t33 = t30 <= K(4.0) * (t31 * t32) + t31
-    t34 = t28 & t33
-    t35 = t6 * t23 + t4 * t12 - t9 * t21
-    t36 = np.abs(K(2.0) * (t18 * t15 - t35))
-    t37 = np.abs(t17 * t25)
-    t38 = t36 <= K(8.0) * (t31 * t37) + t31
-    t39 = t34 & t38
-    t40 = t0 * t0
-    t41 = t40 * t40 < t29
-    t42 = K(0.0) < t18
-    t43 = K(4096.0) * t40 < t29
-    t44 = t42 | t43
-    t45 = t41 & t44
-    t46 = np.logical_not(t45)
-    t47 = t18 < K(0.0)
-    t48 = t46 & t47
-    t49 = select(t48, K(0.0), t29)
-    t50 = np.sqrt(t49)
-    t51 = atan2(t50, t18)
-    t52 = K(1.0) / t50
-    t53 = select(t47, K(-1.0), K(1.0))
-    t54 = select(t45, t51 * t52, t53)
-    t55 = K(np.nan)
-    t56 = select(t39, t54, t55)
-    t57 = select(t48, t51, K(0.0))
-    t58 = t6 * t6 + t9 * t9 + t12 * t12
-    t59 = K(0.0) < t58
-    t60 = np.sqrt(t58)
-    t61 = K(1.0) / t60
-    t62 = select(t59, t61, K(0.0))
-    t63 = select(t59, K(0.0), K(1.0))
-    t64 = t_s * (t4 * t56 + t57 * (t12 * t62 - t63))
-    t65 = t57 * t62
-    t66 = t_s * (t21 * t56 - t9 * t65)
-    t67 = t_s * (t23 * t56 + t6 * t65)
-    t68 = -t64 * t64 - t66 * t66 - t67 * t67
-    t69 = -t68
-    t70 = t0 < t69
-    t71 = np.sqrt(t69)
-    t72 = cos(t71)
-    t73 = np.sqrt(K(1.0) - t68)
-    t74 = K(1.0) / t73
-    t75 = select(t70, t72, t74)
-    t76 = sin(t71)
-    t77 = K(1.0) / t71
-    t78 = t76 * t77
-    t79 = select(t70, t78, t74)
-    t80 = t64 * t79
-    t81 = t66 * t79
-    t82 = t67 * t79
-    t83 = x_s * t75 - x_e12 * t80 - x_e13 * t81 - x_e23 * t82
-    t84 = np.abs(t83)
-    t85 = K(1.0) / t29
-    t86 = select(t45, t85, K(0.0))
-    t87 = t35 * t86
-    t88 = t23 * t87
-    t89 = t6 - t88
-    t90 = t4 * t87
-    t91 = t12 - t90
-    t92 = t21 * t87
-    t93 = t9 + t92
-    t94 = t86 * (t4 * t91 + t23 * t89 - t21 * t93)
-    t95 = t18 - t56
-    t96 = t_s * (t15 * t23 + t18 * t88 + t56 * t89 + t23 * t94 * t95)
-    t97 = t_s * (t4 * t15 + t18 * t90 + t56 * t91 + t95 * (t4 * t94))
-    t98 = t_s * (t15 * t21 + t18 * t92 + t95 * (t21 * t94) - t56 * t93)
-    t99 = t64 * t97 + t67 * t96 + t66 * t98
-    t100 = K(1.0) / t69
-    t101 = select(t70, -t100 * (t72 - t78), K(0.0))
-    t102 = t99 * t101
-    t103 = t79 * t96 - t67 * t102
-    t104 = t66 * t102 - t79 * t98
-    t105 = t79 * t97 - t64 * t102
-    t106 = t79 * t99
-    t107 = x_s * t103 + x_e01 * t75 + x_e12 * t104 + x_e13 * t105 - x_e02 * t80 - x_e03 * t81 - x_e23 * t106 - x_e0123 * t82
-    t108 = np.abs(t107)
-    t109 = x_s * t104 + x_e01 * t80 + x_e02 * t75 + x_e13 * t106 + x_e23 * t105 + x_e0123 * t81 - x_e03 * t82 - x_e12 * t103
-    t110 = np.abs(t109)
-    t111 = x_s * t105 + x_e01 * t81 + x_e02 * t82 + x_e03 * t75 - x_e12 * t106 - x_e13 * t103 - x_e23 * t104 - x_e0123 * t80
-    t112 = np.abs(t111)
-    t113 = x_s * t80 + x_e12 * t75 + x_e23 * t81 - x_e13 * t82
-    t114 = np.abs(t113)
-    t115 = x_s * t81 + x_e12 * t82 + x_e13 * t75 - x_e23 * t80
-    t116 = np.abs(t115)
-    t117 = x_s * t82 + x_e13 * t80 + x_e23 * t75 - x_e12 * t81
-    t118 = np.abs(t117)
-    t119 = x_s * t106 + x_e01 * t82 + x_e03 * t80 + x_e12 * t105 + x_e23 * t103 + x_e0123 * t75 - x_e02 * t81 - x_e13 * t104
-    t120 = np.abs(t119)
-    t121 = t84 + t108 + t110 + t112 + t114 + t116 + t118 + t120
-    t122 = t121
-    t123 = t121 - t122 <= K(0.0)
-    t124 = select(t123, K(1.0), t55)
-    t125 = np.abs(t1)
-    t126 = t125 <= K(64.0) * t0
-    t127 = np.logical_not(t123)
-    t128 = select(t127, K(6.0), K(0.0))
-    t129 = select(t126, K(3.0), t128)
+    t5 = t1 * t3
+    t6 = np.abs(t5)
+    t7 = np.abs(t4)
+    t8 = -t3 * (x_e13 * y_s + x_e12 * y_e23 - x_e23 * y_e12 - x_s * y_e13)
+    t9 = np.abs(t8)
+    t10 = -t3 * (x_e23 * y_s + x_e13 * y_e12 - x_e12 * y_e13 - x_s * y_e23)
+    t11 = np.abs(t10)
+    t12 = t6 + t7 + t9 + t11
+    t13 = np.abs(t12 * t12)
+    t14 = np.abs(K(4.0) * t13)
+    t15 = x_e01 * y_s + x_e12 * y_e02 + x_e13 * y_e03 + x_e0123 * y_e23 - x_s * y_e01 - x_e02 * y_e12 - x_e03 * y_e13 - x_e23 * y_e0123
+    t16 = -t3 * t15
+    t17 = np.abs(t16)
+    t18 = x_e02 * y_s + x_e23 * y_e03 + x_e01 * y_e12 + x_e13 * y_e0123 - x_e12 * y_e01 - x_s * y_e02 - x_e0123 * y_e13 - x_e03 * y_e23
+    t19 = -t3 * t18
+    t20 = np.abs(t19)
+    t21 = x_e03 * y_s + x_e0123 * y_e12 + x_e01 * y_e13 + x_e02 * y_e23 - x_e13 * y_e01 - x_e23 * y_e02 - x_s * y_e03 - x_e12 * y_e0123
+    t22 = -t3 * t21
+    t23 = np.abs(t22)
+    t24 = x_e0123 * y_s + x_e13 * y_e02 + x_e02 * y_e13 + x_s * y_e0123 - x_e23 * y_e01 - x_e12 * y_e03 - x_e03 * y_e12 - x_e01 * y_e23
+    t25 = t3 * t24
+    t26 = np.abs(t25)
+    t27 = np.abs(t12 * (t17 + t20 + t23 + t26))
+    t28 = np.abs(K(8.0) * t27)
+    t29 = t14 + t28
+    t30 = K(4.0) * t29
+    t31 = K(4.0) * t29 - t30 <= K(0.0)
+    t32 = t4 * t4 + t8 * t8 + t10 * t10
+    t33 = np.abs(t5 * t5 + t32 - K(1.0))
+    t34 = np.sqrt(t0)
+    t35 = t33 <= K(4.0) * (t34 * t13) + t34
+    t36 = t31 & t35
+    t37 = t10 * t16 + t4 * t22 - t8 * t19
+    t38 = np.abs(K(2.0) * (t5 * t25 - t37))
+    t39 = t38 <= K(8.0) * (t34 * t27) + t34
+    t40 = t36 & t39
+    t41 = t0 * t0
+    t42 = t41 * t41 < t32
+    t43 = K(0.0) < t5
+    t44 = K(4096.0) * t41 < t32
+    t45 = t43 | t44
+    t46 = t42 & t45
+    t47 = np.logical_not(t46)
+    t48 = t5 < K(0.0)
+    t49 = t47 & t48
+    t50 = select(t49, K(0.0), t32)
+    t51 = np.sqrt(t50)
+    t52 = atan2(t51, t5)
+    t53 = K(1.0) / t51
+    t54 = select(t48, K(-1.0), K(1.0))
+    t55 = select(t46, t52 * t53, t54)
+    t56 = K(np.nan)
+    t57 = select(t40, t55, t56)
+    t58 = select(t49, t52, K(0.0))
+    t59 = t16 * t16 + t19 * t19 + t22 * t22
+    t60 = K(0.0) < t59
+    t61 = np.sqrt(t59)
+    t62 = K(1.0) / t61
+    t63 = select(t60, t62, K(0.0))
+    t64 = select(t60, K(0.0), K(1.0))
+    t65 = t_s * (t4 * t57 + t58 * (t22 * t63 - t64))
+    t66 = t58 * t63
+    t67 = t_s * (t8 * t57 - t19 * t66)
+    t68 = t_s * (t10 * t57 + t16 * t66)
+    t69 = -t65 * t65 - t67 * t67 - t68 * t68
+    t70 = -t69
+    t71 = t0 < t70
+    t72 = np.sqrt(t70)
+    t73 = cos(t72)
+    t74 = np.sqrt(K(1.0) - t69)
+    t75 = K(1.0) / t74
+    t76 = select(t71, t73, t75)
+    t77 = sin(t72)
+    t78 = K(1.0) / t72
+    t79 = t77 * t78
+    t80 = select(t71, t79, t75)
+    t81 = t65 * t80
+    t82 = t67 * t80
+    t83 = t68 * t80
+    t84 = x_s * t76 - x_e12 * t81 - x_e13 * t82 - x_e23 * t83
+    t85 = np.abs(t84)
+    t86 = K(1.0) / t32
+    t87 = select(t46, t86, K(0.0))
+    t88 = t37 * t87
+    t89 = t10 * t88
+    t90 = t16 - t89
+    t91 = t4 * t88
+    t92 = t22 - t91
+    t93 = t8 * t88
+    t94 = t19 + t93
+    t95 = t87 * (t4 * t92 + t10 * t90 - t8 * t94)
+    t96 = t5 - t57
+    t97 = t_s * (t10 * t25 + t5 * t89 + t57 * t90 + t10 * t95 * t96)
+    t98 = t_s * (t4 * t25 + t5 * t91 + t57 * t92 + t96 * (t4 * t95))
+    t99 = t_s * (t8 * t25 + t5 * t93 + t96 * (t8 * t95) - t57 * t94)
+    t100 = t65 * t98 + t68 * t97 + t67 * t99
+    t101 = K(1.0) / t70
+    t102 = select(t71, -t101 * (t73 - t79), K(0.0))
+    t103 = t100 * t102
+    t104 = t80 * t97 - t68 * t103
+    t105 = t67 * t103 - t80 * t99
+    t106 = t80 * t98 - t65 * t103
+    t107 = t80 * t100
+    t108 = x_s * t104 + x_e01 * t76 + x_e12 * t105 + x_e13 * t106 - x_e02 * t81 - x_e03 * t82 - x_e23 * t107 - x_e0123 * t83
+    t109 = np.abs(t108)
+    t110 = x_s * t105 + x_e01 * t81 + x_e02 * t76 + x_e13 * t107 + x_e23 * t106 + x_e0123 * t82 - x_e03 * t83 - x_e12 * t104
+    t111 = np.abs(t110)
+    t112 = x_s * t106 + x_e01 * t82 + x_e02 * t83 + x_e03 * t76 - x_e12 * t107 - x_e13 * t104 - x_e23 * t105 - x_e0123 * t81
+    t113 = np.abs(t112)
+    t114 = x_s * t81 + x_e12 * t76 + x_e23 * t82 - x_e13 * t83
+    t115 = np.abs(t114)
+    t116 = x_s * t82 + x_e12 * t83 + x_e13 * t76 - x_e23 * t81
+    t117 = np.abs(t116)
+    t118 = x_s * t83 + x_e13 * t81 + x_e23 * t76 - x_e12 * t82
+    t119 = np.abs(t118)
+    t120 = x_s * t107 + x_e01 * t83 + x_e03 * t81 + x_e12 * t106 + x_e23 * t104 + x_e0123 * t76 - x_e02 * t82 - x_e13 * t105
+    t121 = np.abs(t120)
+    t122 = t85 + t109 + t111 + t113 + t115 + t117 + t119 + t121
+    t123 = t122
+    t124 = t122 - t123 <= K(0.0)
+    t125 = select(t124, K(1.0), t56)
+    t126 = np.abs(t1)
+    t127 = t126 <= K(64.0) * t0
+    t128 = np.logical_not(t124)
+    t129 = select(t128, K(6.0), K(0.0))
+    t130 = select(t127, K(3.0), t129)
     return (
         (
-            t83 * t124,  # 1
-            t107 * t124,  # e01
-            t109 * t124,  # e02
-            t111 * t124,  # e03
-            t113 * t124,  # e12
-            t115 * t124,  # e13
-            t117 * t124,  # e23
-            t119 * t124,  # e0123
+            t84 * t125,  # 1
+            t108 * t125,  # e01
+            t110 * t125,  # e02
+            t112 * t125,  # e03
+            t114 * t125,  # e12
+            t116 * t125,  # e13
+            t118 * t125,  # e23
+            t120 * t125,  # e0123
         ),
         (
-            t129,  # 1
+            t130,  # 1
         ),
     )
 
@@ -195,7 +196,7 @@ def pga3d_screw_path_motor_motor_number_batch(
         store(status_rows, status_columns, first, count)
 
 
-# The row of phi with x exp(-phi/2) = y by the smaller angle. NOT_UNIQUE: half a turn to rounding. 109 mul, 80 add, 70 other.
+# The row of phi with x exp(-phi/2) = y by the smaller angle. NOT_UNIQUE: half a turn to rounding. 114 mul, 81 add, 72 other.
 def pga3d_relative_twist_motor_motor(
     x_s, x_e01, x_e02, x_e03, x_e12, x_e13, x_e23, x_e0123, y_s, y_e01, y_e02, y_e03, y_e12, y_e13,
     y_e23, y_e0123,
@@ -204,105 +205,109 @@ def pga3d_relative_twist_motor_motor(
     t1 = t0 < K(0.0)
     t2 = select(t1, K(-1.0), K(1.0))
     t3 = -t2 * (x_e23 * y_s + x_e13 * y_e12 - x_e12 * y_e13 - x_s * y_e23)
-    t4 = -t2 * (x_e13 * y_s + x_e12 * y_e23 - x_e23 * y_e12 - x_s * y_e13)
+    t4 = t0 * t2
     t5 = np.abs(t4)
-    t6 = np.abs(t3)
-    t7 = t0 * t2
-    t8 = np.abs(t7)
-    t9 = -t2 * (x_e12 * y_s + x_e23 * y_e13 - x_s * y_e12 - x_e13 * y_e23)
+    t6 = -t2 * (x_e12 * y_s + x_e23 * y_e13 - x_s * y_e12 - x_e13 * y_e23)
+    t7 = np.abs(t6)
+    t8 = t5 + t7
+    t9 = -t2 * (x_e13 * y_s + x_e12 * y_e23 - x_e23 * y_e12 - x_s * y_e13)
     t10 = np.abs(t9)
-    t11 = t5 + t6 + t8 + t10
-    t12 = x_e01 * y_s + x_e12 * y_e02 + x_e13 * y_e03 + x_e0123 * y_e23 - x_s * y_e01 - x_e02 * y_e12 - x_e03 * y_e13 - x_e23 * y_e0123
-    t13 = -t2 * t12
-    t14 = np.abs(t13)
-    t15 = x_e02 * y_s + x_e23 * y_e03 + x_e01 * y_e12 + x_e13 * y_e0123 - x_e12 * y_e01 - x_s * y_e02 - x_e0123 * y_e13 - x_e03 * y_e23
-    t16 = -t2 * t15
-    t17 = np.abs(t16)
-    t18 = x_e03 * y_s + x_e0123 * y_e12 + x_e01 * y_e13 + x_e02 * y_e23 - x_e13 * y_e01 - x_e23 * y_e02 - x_s * y_e03 - x_e12 * y_e0123
-    t19 = -t2 * t18
-    t20 = np.abs(t19)
-    t21 = x_e0123 * y_s + x_e13 * y_e02 + x_e02 * y_e13 + x_s * y_e0123 - x_e23 * y_e01 - x_e12 * y_e03 - x_e03 * y_e12 - x_e01 * y_e23
-    t22 = t2 * t21
-    t23 = np.abs(t22)
-    t24 = t14 + t17 + t20 + t23
-    t25 = t11 + t24
-    t26 = t25
-    t27 = t25 - t26 <= K(0.0)
-    t28 = t9 * t9 + t4 * t4 + t3 * t3
-    t29 = np.abs(t7 * t7 + t28 - K(1.0))
-    t30 = K(np.finfo(K).eps)
-    t31 = np.sqrt(t30)
-    t32 = np.abs(t11 * t11)
-    t33 = t29 <= K(4.0) * (t31 * t32) + t31
-    t34 = t27 & t33
-    t35 = t9 * t19 + t3 * t13 - t4 * t16
-    t36 = np.abs(K(2.0) * (t7 * t22 - t35))
-    t37 = np.abs(t11 * t24)
-    t38 = t36 <= K(8.0) * (t31 * t37) + t31
-    t39 = t34 & t38
-    t40 = t30 * t30
-    t41 = t40 * t40 < t28
-    t42 = K(0.0) < t7
-    t43 = K(4096.0) * t40 < t28
-    t44 = t42 | t43
-    t45 = t41 & t44
-    t46 = np.logical_not(t45)
-    t47 = t7 < K(0.0)
-    t48 = t46 & t47
-    t49 = select(t48, K(0.0), t28)
-    t50 = np.sqrt(t49)
-    t51 = atan2(t50, t7)
-    t52 = K(1.0) / t50
-    t53 = select(t47, K(-1.0), K(1.0))
-    t54 = select(t45, t51 * t52, t53)
-    t55 = K(np.nan)
-    t56 = select(t39, t54, t55)
-    t57 = t13 * t13 + t16 * t16 + t19 * t19
-    t58 = K(0.0) < t57
-    t59 = np.sqrt(t57)
-    t60 = K(1.0) / t59
-    t61 = select(t58, t60, K(0.0))
-    t62 = select(t48, t51, K(0.0))
-    t63 = t61 * t62
-    t64 = t3 * t56 + t13 * t63
-    t65 = t4 * t56 - t16 * t63
-    t66 = select(t58, K(0.0), K(1.0))
-    t67 = t9 * t56 + t62 * (t19 * t61 - t66)
-    t68 = K(1.0) / t28
-    t69 = select(t45, t68, K(0.0))
-    t70 = t35 * t69
-    t71 = t13 - t3 * t70
-    t72 = t19 - t9 * t70
-    t73 = t16 + t4 * t70
-    t74 = t22 + t69 * (t7 * t35 + (t7 - t56) * (t3 * t71 + t9 * t72 - t4 * t73))
-    t75 = t56 * t71 + t3 * t74
-    t76 = t56 * t73 - t4 * t74
-    t77 = t56 * t72 + t9 * t74
-    t78 = np.abs(t75)
-    t79 = np.abs(t76)
-    t80 = np.abs(t77)
-    t81 = np.abs(t67)
-    t82 = np.abs(t65)
-    t83 = np.abs(t64)
-    t84 = t78 + t79 + t80 + t81 + t82 + t83
-    t85 = t84
-    t86 = t84 - t85 <= K(0.0)
-    t87 = np.logical_not(t86)
-    t88 = np.abs(t0)
-    t89 = t88 <= K(64.0) * t30
-    t90 = select(t89, K(3.0), K(0.0))
-    t91 = select(t87, K(6.0), t90)
+    t11 = np.abs(t3)
+    t12 = t10 + t11
+    t13 = t12 + t8
+    t14 = np.abs(t8 * t13 + t12 * t13)
+    t15 = np.abs(K(4.0) * t14)
+    t16 = x_e01 * y_s + x_e12 * y_e02 + x_e13 * y_e03 + x_e0123 * y_e23 - x_s * y_e01 - x_e02 * y_e12 - x_e03 * y_e13 - x_e23 * y_e0123
+    t17 = -t2 * t16
+    t18 = np.abs(t17)
+    t19 = x_e02 * y_s + x_e23 * y_e03 + x_e01 * y_e12 + x_e13 * y_e0123 - x_e12 * y_e01 - x_s * y_e02 - x_e0123 * y_e13 - x_e03 * y_e23
+    t20 = -t2 * t19
+    t21 = np.abs(t20)
+    t22 = x_e03 * y_s + x_e0123 * y_e12 + x_e01 * y_e13 + x_e02 * y_e23 - x_e13 * y_e01 - x_e23 * y_e02 - x_s * y_e03 - x_e12 * y_e0123
+    t23 = -t2 * t22
+    t24 = np.abs(t23)
+    t25 = x_e0123 * y_s + x_e13 * y_e02 + x_e02 * y_e13 + x_s * y_e0123 - x_e23 * y_e01 - x_e12 * y_e03 - x_e03 * y_e12 - x_e01 * y_e23
+    t26 = t2 * t25
+    t27 = np.abs(t26)
+    t28 = np.abs(t13 * (t18 + t21 + t24 + t27))
+    t29 = np.abs(K(8.0) * t28)
+    t30 = t15 + t29
+    t31 = K(4.0) * t30
+    t32 = K(4.0) * t30 - t31 <= K(0.0)
+    t33 = t6 * t6 + t9 * t9 + t3 * t3
+    t34 = np.abs(t4 * t4 + t33 - K(1.0))
+    t35 = K(np.finfo(K).eps)
+    t36 = np.sqrt(t35)
+    t37 = t34 <= K(4.0) * (t36 * t14) + t36
+    t38 = t32 & t37
+    t39 = t6 * t23 + t3 * t17 - t9 * t20
+    t40 = np.abs(K(2.0) * (t4 * t26 - t39))
+    t41 = t40 <= K(8.0) * (t36 * t28) + t36
+    t42 = t38 & t41
+    t43 = t35 * t35
+    t44 = t43 * t43 < t33
+    t45 = K(0.0) < t4
+    t46 = K(4096.0) * t43 < t33
+    t47 = t45 | t46
+    t48 = t44 & t47
+    t49 = np.logical_not(t48)
+    t50 = t4 < K(0.0)
+    t51 = t49 & t50
+    t52 = select(t51, K(0.0), t33)
+    t53 = np.sqrt(t52)
+    t54 = atan2(t53, t4)
+    t55 = K(1.0) / t53
+    t56 = select(t50, K(-1.0), K(1.0))
+    t57 = select(t48, t54 * t55, t56)
+    t58 = K(np.nan)
+    t59 = select(t42, t57, t58)
+    t60 = t17 * t17 + t20 * t20 + t23 * t23
+    t61 = K(0.0) < t60
+    t62 = np.sqrt(t60)
+    t63 = K(1.0) / t62
+    t64 = select(t61, t63, K(0.0))
+    t65 = select(t51, t54, K(0.0))
+    t66 = t64 * t65
+    t67 = t3 * t59 + t17 * t66
+    t68 = t9 * t59 - t20 * t66
+    t69 = select(t61, K(0.0), K(1.0))
+    t70 = t6 * t59 + t65 * (t23 * t64 - t69)
+    t71 = K(1.0) / t33
+    t72 = select(t48, t71, K(0.0))
+    t73 = t39 * t72
+    t74 = t17 - t3 * t73
+    t75 = t23 - t6 * t73
+    t76 = t20 + t9 * t73
+    t77 = t3 * t74 + t6 * t75 - t9 * t76
+    t78 = t26 - t72 * (t59 * t77 - t4 * (t77 + t39))
+    t79 = t59 * t74 + t3 * t78
+    t80 = t59 * t76 - t9 * t78
+    t81 = t59 * t75 + t6 * t78
+    t82 = np.abs(t79)
+    t83 = np.abs(t80)
+    t84 = np.abs(t81)
+    t85 = np.abs(t70)
+    t86 = np.abs(t68)
+    t87 = np.abs(t67)
+    t88 = t82 + t83 + t84 + t85 + t86 + t87
+    t89 = t88
+    t90 = t88 - t89 <= K(0.0)
+    t91 = np.logical_not(t90)
+    t92 = np.abs(t0)
+    t93 = t92 <= K(64.0) * t35
+    t94 = select(t93, K(3.0), K(0.0))
+    t95 = select(t91, K(6.0), t94)
     return (
         (
-            -K(2.0) * t64,
-            K(2.0) * t65,
             -K(2.0) * t67,
-            K(2.0) * t75,
-            K(2.0) * t76,
-            K(2.0) * t77,
+            K(2.0) * t68,
+            -K(2.0) * t70,
+            K(2.0) * t79,
+            K(2.0) * t80,
+            K(2.0) * t81,
         ),
         (
-            t91,  # 1
+            t95,  # 1
         ),
     )
 

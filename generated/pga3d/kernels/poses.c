@@ -266,7 +266,7 @@ BS_INLINE void FN(pga3d_pose_of_rotation_vector_euclidean_euclidean)(BS_APART(V,
   status[0] = t33; /* 1 */
 }
 
-/* pga3d_rotation_vector_motor: Axis times angle, which is in [0, 2 pi) and counts the motor's sign; statuses of `log_motor`. 17 mul, 10 add, 36 other. */
+/* pga3d_rotation_vector_motor: Axis times angle, which is in [0, 2 pi) and counts the motor's sign; statuses of `log_motor`. 20 mul, 10 add, 37 other. */
 BS_INLINE void FN(pga3d_rotation_vector_motor)(BS_APART(V, out, 3), BS_APART(V, status, 1), BS_APART(const V, x_in, 8))
 {
   const V x_s = x_in[0];
@@ -282,40 +282,41 @@ BS_INLINE void FN(pga3d_rotation_vector_motor)(BS_APART(V, out, 3), BS_APART(V, 
   const V t6 = ABS(t5);
   const V t7 = ABS(t0);
   const V t8 = t2 + t4 + t6 + t7;
-  const V t9 = t8;
-  const M t10 = LE(t8 - t9, SPLAT(0.0));
-  const V t11 = t3 * t3 + t5 * t5 + t0 * t0;
-  const V t12 = ABS(t1 * t1 + t11 - K(1.0));
-  const V t13 = ABS(t8 * t8);
-  const V t14 = SPLAT(BS_EPSILON);
-  const V t15 = SQRT(t14);
-  const M t16 = LE(t12, K(4.0) * (t13 * t15) + t15);
-  const M t17 = AND(t10, t16);
-  const V t18 = t14 * t14;
-  const M t19 = LT(t18 * t18, t11);
-  const M t20 = LT(SPLAT(0.0), t1);
-  const M t21 = LT(K(4096.0) * t18, t11);
-  const M t22 = OR(t20, t21);
-  const M t23 = AND(t19, t22);
-  const M t24 = NOT(t23);
-  const M t25 = LT(t1, SPLAT(0.0));
-  const M t26 = AND(t24, t25);
-  const V t27 = SELECT(t26, SPLAT(0.0), t11);
-  const V t28 = SQRT(t27);
-  const V t29 = ATAN2(t28, t1);
-  const V t30 = K(1.0) / t28;
-  const V t31 = SELECT(t25, SPLAT(-1.0), SPLAT(1.0));
-  const V t32 = SELECT(t23, t29 * t30, t31);
-  const V t33 = SPLAT(BS_NOT_A_NUMBER);
-  const V t34 = SELECT(t17, t32, t33);
-  const V t35 = SELECT(t26, t29, SPLAT(0.0));
-  const M t36 = NOT(t17);
-  const V t37 = SELECT(t26, SPLAT(3.0), SPLAT(0.0));
-  const V t38 = SELECT(t36, SPLAT(6.0), t37);
-  out[0] = -K(2.0) * (t0 * t34); /* e1 */
-  out[1] = K(2.0) * (t5 * t34); /* e2 */
-  out[2] = -K(2.0) * (t3 * t34 - t35); /* e3 */
-  status[0] = t38; /* 1 */
+  const V t9 = ABS(t8 * t8);
+  const V t10 = ABS(K(4.0) * t9);
+  const V t11 = K(4.0) * t10;
+  const M t12 = LE(K(4.0) * t10 - t11, SPLAT(0.0));
+  const V t13 = t3 * t3 + t5 * t5 + t0 * t0;
+  const V t14 = ABS(t1 * t1 + t13 - K(1.0));
+  const V t15 = SPLAT(BS_EPSILON);
+  const V t16 = SQRT(t15);
+  const M t17 = LE(t14, K(4.0) * (t9 * t16) + t16);
+  const M t18 = AND(t12, t17);
+  const V t19 = t15 * t15;
+  const M t20 = LT(t19 * t19, t13);
+  const M t21 = LT(SPLAT(0.0), t1);
+  const M t22 = LT(K(4096.0) * t19, t13);
+  const M t23 = OR(t21, t22);
+  const M t24 = AND(t20, t23);
+  const M t25 = NOT(t24);
+  const M t26 = LT(t1, SPLAT(0.0));
+  const M t27 = AND(t25, t26);
+  const V t28 = SELECT(t27, SPLAT(0.0), t13);
+  const V t29 = SQRT(t28);
+  const V t30 = ATAN2(t29, t1);
+  const V t31 = K(1.0) / t29;
+  const V t32 = SELECT(t26, SPLAT(-1.0), SPLAT(1.0));
+  const V t33 = SELECT(t24, t30 * t31, t32);
+  const V t34 = SPLAT(BS_NOT_A_NUMBER);
+  const V t35 = SELECT(t18, t33, t34);
+  const V t36 = SELECT(t27, t30, SPLAT(0.0));
+  const M t37 = NOT(t18);
+  const V t38 = SELECT(t27, SPLAT(3.0), SPLAT(0.0));
+  const V t39 = SELECT(t37, SPLAT(6.0), t38);
+  out[0] = -K(2.0) * (t0 * t35); /* e1 */
+  out[1] = K(2.0) * (t5 * t35); /* e2 */
+  out[2] = -K(2.0) * (t3 * t35 - t36); /* e3 */
+  status[0] = t39; /* 1 */
 }
 
 /* pga3d_composed_motor_motor: x y: y acts first. INVALID: not finite. 56 mul, 48 add, 14 other. */

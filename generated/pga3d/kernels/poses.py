@@ -348,7 +348,7 @@ def pga3d_pose_of_rotation_vector_euclidean_euclidean_batch(
         store(status_rows, status_columns, first, count)
 
 
-# Axis times angle, which is in [0, 2 pi) and counts the motor's sign; statuses of `log_motor`. 17 mul, 10 add, 36 other.
+# Axis times angle, which is in [0, 2 pi) and counts the motor's sign; statuses of `log_motor`. 20 mul, 10 add, 37 other.
 def pga3d_rotation_vector_motor(x_s, x_e01, x_e02, x_e03, x_e12, x_e13, x_e23, x_e0123):
     t0 = x_e23
     t1 = x_s
@@ -359,44 +359,45 @@ def pga3d_rotation_vector_motor(x_s, x_e01, x_e02, x_e03, x_e12, x_e13, x_e23, x
     t6 = np.abs(t5)
     t7 = np.abs(t0)
     t8 = t2 + t4 + t6 + t7
-    t9 = t8
-    t10 = t8 - t9 <= K(0.0)
-    t11 = t3 * t3 + t5 * t5 + t0 * t0
-    t12 = np.abs(t1 * t1 + t11 - K(1.0))
-    t13 = np.abs(t8 * t8)
-    t14 = K(np.finfo(K).eps)
-    t15 = np.sqrt(t14)
-    t16 = t12 <= K(4.0) * (t13 * t15) + t15
-    t17 = t10 & t16
-    t18 = t14 * t14
-    t19 = t18 * t18 < t11
-    t20 = K(0.0) < t1
-    t21 = K(4096.0) * t18 < t11
-    t22 = t20 | t21
-    t23 = t19 & t22
-    t24 = np.logical_not(t23)
-    t25 = t1 < K(0.0)
-    t26 = t24 & t25
-    t27 = select(t26, K(0.0), t11)
-    t28 = np.sqrt(t27)
-    t29 = atan2(t28, t1)
-    t30 = K(1.0) / t28
-    t31 = select(t25, K(-1.0), K(1.0))
-    t32 = select(t23, t29 * t30, t31)
-    t33 = K(np.nan)
-    t34 = select(t17, t32, t33)
-    t35 = select(t26, t29, K(0.0))
-    t36 = np.logical_not(t17)
-    t37 = select(t26, K(3.0), K(0.0))
-    t38 = select(t36, K(6.0), t37)
+    t9 = np.abs(t8 * t8)
+    t10 = np.abs(K(4.0) * t9)
+    t11 = K(4.0) * t10
+    t12 = K(4.0) * t10 - t11 <= K(0.0)
+    t13 = t3 * t3 + t5 * t5 + t0 * t0
+    t14 = np.abs(t1 * t1 + t13 - K(1.0))
+    t15 = K(np.finfo(K).eps)
+    t16 = np.sqrt(t15)
+    t17 = t14 <= K(4.0) * (t9 * t16) + t16
+    t18 = t12 & t17
+    t19 = t15 * t15
+    t20 = t19 * t19 < t13
+    t21 = K(0.0) < t1
+    t22 = K(4096.0) * t19 < t13
+    t23 = t21 | t22
+    t24 = t20 & t23
+    t25 = np.logical_not(t24)
+    t26 = t1 < K(0.0)
+    t27 = t25 & t26
+    t28 = select(t27, K(0.0), t13)
+    t29 = np.sqrt(t28)
+    t30 = atan2(t29, t1)
+    t31 = K(1.0) / t29
+    t32 = select(t26, K(-1.0), K(1.0))
+    t33 = select(t24, t30 * t31, t32)
+    t34 = K(np.nan)
+    t35 = select(t18, t33, t34)
+    t36 = select(t27, t30, K(0.0))
+    t37 = np.logical_not(t18)
+    t38 = select(t27, K(3.0), K(0.0))
+    t39 = select(t37, K(6.0), t38)
     return (
         (
-            -K(2.0) * (t0 * t34),  # e1
-            K(2.0) * (t5 * t34),  # e2
-            -K(2.0) * (t3 * t34 - t35),  # e3
+            -K(2.0) * (t0 * t35),  # e1
+            K(2.0) * (t5 * t35),  # e2
+            -K(2.0) * (t3 * t35 - t36),  # e3
         ),
         (
-            t38,  # 1
+            t39,  # 1
         ),
     )
 

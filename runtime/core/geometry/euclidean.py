@@ -5,6 +5,7 @@ The mathematics is in `codegen.formulas`; here arrays are checked, statuses comp
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
 
@@ -74,9 +75,11 @@ class EuclideanAlgebra(Algebra):
     def named_tuple(
         self, kind: Callable[..., P], fields: Sequence[Any], x: Multivector, status: Any = None, orientation: Any = None
     ) -> P:
-        """A named tuple with orientation and status."""
-        result = kind(*(field[()] for field in fields))
+        """A named tuple with orientation and status; INVALID and NaN where a parameter is not finite."""
         known = merge_statuses(x._status, status)
+        if not _are_finite(fields, x.shape):
+            fields, known = _refuse_nonfinite(fields, x.shape, known)
+        result = kind(*(field[()] for field in fields))
         result.orientation = (np.ones(x.shape, x.dtype) if orientation is None else orientation)[()]
         result.status = statuses(known, x.shape)
         return result
@@ -212,6 +215,23 @@ class EuclideanAlgebra(Algebra):
             f"this {x.kind.name} of {self.name} is of no kind that has parameters.",
             remedy=f"They are those of: {', '.join(self.readers)}; see classify()",
         )
+
+
+def _are_finite(fields: Sequence[NDArray[Any]], shape: tuple[int, ...]) -> bool:
+    """Whether all numbers are finite, in next to no time; some whose squares are not need not be."""
+    if shape:
+        return all(np.isfinite(np.vdot(field, field)) for field in fields)
+    return math.isfinite(sum(sum(field.tolist()) if field.ndim else float(field) for field in fields))
+
+
+def _refuse_nonfinite(
+    fields: Sequence[NDArray[Any]], shape: tuple[int, ...], known: NDArray[np.uint8] | None
+) -> tuple[list[NDArray[Any]], NDArray[np.uint8]]:
+    good = np.logical_and.reduce([np.isfinite(field).reshape((*shape, -1)).all(-1) for field in fields])
+    known = np.zeros(shape, np.uint8) if known is None else np.broadcast_to(known, shape)
+    lost = np.asarray(~good & (known == Status.OK))
+    parted = [np.where(lost.reshape(shape + (1,) * (f.ndim - len(shape))), f.dtype.type(np.nan), f) for f in fields]
+    return parted, np.where(lost, np.uint8(Status.INVALID), known)
 
 
 def is_origin(point: Any) -> bool:

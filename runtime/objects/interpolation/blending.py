@@ -79,13 +79,17 @@ def project_to_blade(X: Multivector, strict: bool = False) -> Multivector:
         raise InputError("X is not a multivector of conformal geometry.", remedy="Make objects with bladesmith.cga3d")
     if len(X.grades) != 1 or not 1 <= X.grades[0] <= X.algebra.dimension - 1:
         raise GradeError(f"X has the grades {tuple(X.grades)}; a sum of objects has one grade, 1 to 4.")
+    refuses = as_bool(strict, "strict")
     x = normalize_exponents(to_layout(X, X.kind))[0]  # squares overflow before numbers do
-    frame = local_origin.frame(x)
-    if frame is None:
-        return assemble(evaluate(X.algebra, "blades.project_sum", x, x), (X,), "project_to_blade", strict)
-    written = x._make(x._type, np.abs(x._data), x.shape)
-    outcome = evaluate(X.algebra, "blades.project_sum", to_layout(~frame.translator >> x, X.kind), written)
-    return assemble(outcome, (X,), "project_to_blade", strict, frame)
+
+    def compute(frame: local_origin.Frame | None) -> Multivector:
+        if frame is None:
+            return assemble(evaluate(X.algebra, "blades.project_sum", x, x), (X,))
+        written = x._make(x._type, np.abs(x._data), x.shape)
+        outcome = evaluate(X.algebra, "blades.project_sum", to_layout(~frame.translator >> x, X.kind), written)
+        return assemble(outcome, (X,), frame)
+
+    return _checked(local_origin.for_each(compute, x), "project_to_blade", refuses)
 
 
 @renamed_keywords(X1="X", X2="Y")
@@ -138,24 +142,24 @@ def interpolate(
     """
     as_choice(method, "method", METHODS)
     a, b, weight = _operands(X, Y, alpha)
-    frame = local_origin.frame(a, b)
-    x, y = (a, b) if frame is None else (frame.to_local(a), frame.to_local(b))
-    end = b
-    if as_bool(align, "align"):
-        opposite = is_opposite(x, y)
-        y, end = negate_where(y, opposite), negate_where(b, opposite)
-    if method == "rotor" and a.grades != (1,):
-        outcome = _along_rotor(x, y, np.asarray(weight))
-    else:
-        formula = "interpolation.interpolate" if frame is None else "interpolation.interpolate_far"
-        outcome = evaluate(
-            a.algebra, formula, *to_common_layout(x, y), ArrayOperand(weight, 0, "alpha"), *_distance(frame)
-        )
-    refuses = as_bool(strict, "strict")
-    result = _with_ends(assemble(outcome, (a, b), "interpolate", False, frame), a, end, weight, method)
-    if refuses:
-        raise_first(result._status, "interpolate")
-    return result
+    aligns, refuses = as_bool(align, "align"), as_bool(strict, "strict")
+
+    def compute(frame: local_origin.Frame | None) -> Multivector:
+        x, y = (a, b) if frame is None else (frame.to_local(a), frame.to_local(b))
+        end = b
+        if aligns:
+            opposite = is_opposite(x, y)
+            y, end = negate_where(y, opposite), negate_where(b, opposite)
+        if method == "rotor" and a.grades != (1,):
+            outcome = _along_rotor(x, y, np.asarray(weight))
+        else:
+            formula = "interpolation.interpolate" if frame is None else "interpolation.interpolate_far"
+            outcome = evaluate(
+                a.algebra, formula, *to_common_layout(x, y), ArrayOperand(weight, 0, "alpha"), *_distance(frame)
+            )
+        return _with_ends(assemble(outcome, (a, b), frame), a, end, weight, method)
+
+    return _checked(local_origin.for_each(compute, a, b), "interpolate", refuses)
 
 
 @renamed_keywords(X1="X", X2="Y")
@@ -182,15 +186,19 @@ def interpolate_derivative(X: Any, Y: Any, *, alpha: Any, align: bool = False, s
     Thesis (4.26) to (4.30), generated from the formula of the interpolant, so it holds where -<X ~X>_0 < 0 too.
     """
     a, b, weight = _operands(X, Y, alpha)
-    frame = local_origin.frame(a, b)
-    x, y = (a, b) if frame is None else (frame.to_local(a), frame.to_local(b))
-    if as_bool(align, "align"):
-        y = negate_where(y, is_opposite(x, y))
-    operands = to_common_layout(x, y)
-    formula = "interpolation.interpolate_rate" if frame is None else "interpolation.interpolate_far_rate"
-    outcome = evaluate(a.algebra, formula, *operands, ArrayOperand(weight, 0, "alpha"), *_distance(frame))
-    outcome = FormulaResult((to_layout(outcome.value, operands[0].kind),), outcome.status)
-    return assemble(outcome, (a, b), "interpolate_derivative", strict, frame)
+    aligns, refuses = as_bool(align, "align"), as_bool(strict, "strict")
+
+    def compute(frame: local_origin.Frame | None) -> Multivector:
+        x, y = (a, b) if frame is None else (frame.to_local(a), frame.to_local(b))
+        if aligns:
+            y = negate_where(y, is_opposite(x, y))
+        operands = to_common_layout(x, y)
+        formula = "interpolation.interpolate_rate" if frame is None else "interpolation.interpolate_far_rate"
+        outcome = evaluate(a.algebra, formula, *operands, ArrayOperand(weight, 0, "alpha"), *_distance(frame))
+        outcome = FormulaResult((to_layout(outcome.value, operands[0].kind),), outcome.status)
+        return assemble(outcome, (a, b), frame)
+
+    return _checked(local_origin.for_each(compute, a, b), "interpolate_derivative", refuses)
 
 
 def average(X: Any, weights: Any = None, axis: int = 0, align: bool = False, strict: bool = False) -> Multivector:
@@ -230,19 +238,23 @@ def average(X: Any, weights: Any = None, axis: int = 0, align: bool = False, str
     share = normalized_weights(weights, x.shape, place)
     if share is None and x.shape[0] == 2 and place == 0:  # one pass over both, nothing copied
         return interpolate(_part(x, 0), _part(x, 1), alpha=0.5, align=align, strict=strict)
-    frame = local_origin.frame(x, shared=True, axis=place)
-    y = x if frame is None else frame.to_local(x)
-    if as_bool(align, "align"):
-        y = negate_where(y, is_opposite(first_along(y, place), y))
-    parts = y._data if share is None else y._data * share[..., None].astype(y.dtype)  # any scale will do
-    total, written = (block_sum(p, place) for p in (parts, np.abs(parts)))
-    layout = x.algebra.type_of(y.kind.layout, y.dtype)
-    if frame is not None:
-        frame = local_origin.Frame(np.squeeze(frame.origin, place), frame.translator.reshape(total.shape[:-1]))
-    operands = (x._make(layout, data, data.shape[:-1]) for data in (total, written))
-    formula = "blades.project_sum" if frame is None else "blades.project_far_sum"
-    outcome = evaluate(x.algebra, formula, *operands, *_distance(frame))
-    return assemble(outcome, (), "average", strict, frame)
+    aligns, refuses = as_bool(align, "align"), as_bool(strict, "strict")
+
+    def compute(frame: local_origin.Frame | None) -> Multivector:
+        y = x if frame is None else frame.to_local(x)
+        if aligns:
+            y = negate_where(y, is_opposite(first_along(y, place), y))
+        parts = y._data if share is None else y._data * share[..., None].astype(y.dtype)  # any scale will do
+        total, written = (block_sum(p, place) for p in (parts, np.abs(parts)))
+        layout = x.algebra.type_of(y.kind.layout, y.dtype)
+        if frame is not None:
+            frame = local_origin.Frame(np.squeeze(frame.origin, place), frame.translator.reshape(total.shape[:-1]))
+        operands = (x._make(layout, data, data.shape[:-1]) for data in (total, written))
+        formula = "blades.project_sum" if frame is None else "blades.project_far_sum"
+        outcome = evaluate(x.algebra, formula, *operands, *_distance(frame))
+        return assemble(outcome, (), frame)
+
+    return _checked(local_origin.for_each(compute, x, axis=place), "average", refuses)
 
 
 def align(X: Any, reference: Any = None) -> tuple[Multivector, Any]:
@@ -279,9 +291,18 @@ def align(X: Any, reference: Any = None) -> tuple[Multivector, Any]:
         first = x.reshape(-1)[0]
     else:
         first, x = pair(reference, X)
-    frame = local_origin.frame(first, x)
-    flipped = is_opposite(first, x) if frame is None else is_opposite(frame.to_local(first), frame.to_local(x))
+
+    def compute(frame: local_origin.Frame | None) -> NDArray[np.bool_]:
+        return is_opposite(first, x) if frame is None else is_opposite(frame.to_local(first), frame.to_local(x))
+
+    flipped = local_origin.for_each(compute, first, x)
     return negate_where(x, flipped), flipped[()]
+
+
+def _checked(result: Multivector, name: str, refuses: bool) -> Multivector:
+    if refuses:
+        raise_first(result._status, name)
+    return result
 
 
 def _distance(frame: local_origin.Frame | None) -> tuple[ArrayOperand, ...]:

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from ...codegen.algebra.algebra import Kind
 from ...codegen.errors import InputError, ShapeError
-from ...common.validation import as_axis, as_bool, check_items, real_array
+from ...common.validation import as_axis, check_items, real_array
 from ...core.multivector import Multivector
 from ...dispatch.coefficients import embed
-from ...dispatch.formulas import FormulaResult, evaluate, invalidate_nonfinite, merge_statuses, raise_first
+from ...dispatch.formulas import FormulaResult, evaluate, invalidate_nonfinite, merge_statuses
 from ...status import Status
 from ..arguments import same_sort
 from ..rotors import local_origin
@@ -92,24 +92,16 @@ def block_sum(data: NDArray[Any], axis: int) -> NDArray[Any]:
 
 
 def assemble(
-    outcome: FormulaResult,
-    operands: tuple[Multivector, ...],
-    name: str,
-    strict: bool,
-    frame: local_origin.Frame | None = None,
+    outcome: FormulaResult, operands: tuple[Multivector, ...], frame: local_origin.Frame | None = None
 ) -> Multivector:
     """A formula's result in world coordinates: NaN without an answer; statuses of operands come first."""
-    refuses = as_bool(strict, "strict")
     value: Multivector = outcome.value if frame is None else frame.to_world(outcome.value)
     if frame is None and outcome.status is not None and not outcome.status.any():
         return value  # the formulas of sums give whatever is not finite a status
     known = [_reasons(x, value.shape) for x in operands]
-    result = invalidate_nonfinite(
+    return invalidate_nonfinite(
         value._make(value._type, value._data, value.shape, merge_statuses(*known, outcome.status))
     )
-    if refuses:
-        raise_first(result._status, name)
-    return result
 
 
 def _reasons(x: Multivector, lead: tuple[int, ...]) -> NDArray[np.uint8] | None:

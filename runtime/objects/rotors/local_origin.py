@@ -6,9 +6,9 @@ Without one, products of coefficients of size c^2/r lose (c/r)^2 rounding units.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from ...core.multivector import Multivector
 from ...dispatch.coefficients import embed
 from ...dispatch.formulas import ArrayOperand, evaluate
 
+M = TypeVar("M", Multivector, NDArray[Any])
 #: Re-centring gains where a coefficient is larger: products of two coefficients of this size lose 5 digits of 16.
 NEAR = 256.0
 #: Lines at angles below this have no middle along them; any place will do.
@@ -78,6 +79,56 @@ def frame(*objects: Multivector, shared: bool = False, axis: int | None = None) 
         position = _middle([_subsample(x, axis) for x in objects] if len(objects) == 1 else objects, axis)
     position = position.astype(np.result_type(*(x.dtype for x in objects)), copy=False)
     return Frame(position, algebra.translator(position))
+
+
+def for_each(compute: Callable[[Frame | None], M], *objects: Multivector, axis: int | None = None) -> M:
+    """Results about local origins of the items that are far from the origin, and without one of the others: items of a
+    batch do not depend on each other.
+
+    Parameters
+    ----------
+    compute
+        What gives the results of all items about the origins of a frame, or about the world's.
+    *objects : Multivector
+        Objects whose shapes broadcast with the results'.
+    axis : int, optional
+        Results are of all items along this axis, about one origin.
+    """
+    origins = frame(*objects, shared=axis is not None, axis=axis)
+    if origins is None:
+        return compute(None)
+    found = compute(origins)
+    if any(_are_all_far(x) for x in objects):
+        return found
+    far: NDArray[np.bool_] = np.logical_or.reduce(np.broadcast_arrays(*(_is_far(x) for x in objects)))
+    far = far if axis is None else far.any(axis)
+    return found if far.all() else _chosen(far, found, compute(None))
+
+
+def _are_all_far(x: Multivector) -> bool:
+    """Whether one coefficient says so of all items: what tells most batches far away, at the cost of a column."""
+    rows = x._data.reshape(-1, x._data.shape[-1])
+    if not len(rows):
+        return False
+    column = np.abs(rows[:, np.abs(rows[0]).argmax()])
+    return bool(((column > NEAR) & (column < np.inf)).all())
+
+
+def _is_far(x: Multivector) -> NDArray[np.bool_]:
+    size = np.abs(x._data)
+    return np.asarray(((size > NEAR) & (size < np.inf)).any(-1))
+
+
+def _chosen(far: NDArray[np.bool_], found: M, other: M) -> M:
+    if not isinstance(found, Multivector) or not isinstance(other, Multivector):
+        return cast(M, np.where(far, found, other))
+    kind = found._type if found._type is other._type else found.algebra.type_of(found.kind.layout, found.dtype)
+    data = [embed(x, kind.kind) for x in (found, other)]
+    status = None
+    if found._status is not None or other._status is not None:
+        codes = (np.zeros(x.shape, np.uint8) if x._status is None else x._status for x in (found, other))
+        status = np.where(far, *codes).astype(np.uint8)
+    return cast(M, found._make(kind, np.where(far[..., None], *data), found.shape, status))
 
 
 def _nearest_points(objects: Sequence[Multivector], start: NDArray[Any] | None) -> NDArray[Any]:

@@ -76,13 +76,16 @@ def factorise(x: Multivector, tolerance: float | None = None, strict: bool = Fal
     data = np.full((g, len(items.status), items.algebra.dimension), np.nan)
     mine = np.flatnonzero(answered)
     if len(mine):
-        unit = scale_lengths(items.algebra, g, items.rows(g)[mine], -shift[mine])
+        unit = scale_lengths(items.algebra, g, items.rows(g)[mine], -shift[mine], keeps_size=True)
         factors = span(items.algebra, g, unit)[0]
         blade = outer_of(items.algebra, factors)._data
-        scale = (unit * blade).sum(-1) / (blade * blade).sum(-1)
         vectors = np.moveaxis(factors, -1, 0).copy()
-        vectors[0] *= scale[:, None]
-        data[:, mine] = scale_lengths(items.algebra, 1, vectors, np.broadcast_to(shift[mine], vectors.shape[:-1]))
+        with np.errstate(over="ignore", invalid="ignore"):
+            vectors[0] *= ((unit * blade).sum(-1) / (blade * blade).sum(-1))[:, None]
+            back = np.broadcast_to(shift[mine], vectors.shape[:-1])
+            data[:, mine] = scale_lengths(items.algebra, 1, vectors, back, keeps_size=True)
+        _refuse_overflow(data.swapaxes(0, 1).reshape(len(items.status), -1), items.status)
+        data[:, items.status == Status.INVALID] = np.nan
     status = np.broadcast_to(items.status, (g, len(items.status)))
     found = on_grades(items.algebra, (1,), data, status, (g, *x.shape), x.dtype)
     if as_bool(strict, "strict"):
@@ -174,10 +177,17 @@ def _of_pair(a: Any, b: Any, tolerance: float | None, strict: bool, name: str) -
     for g, where, rows in parts:
         start = sum(sizes[: grades.index(g)])
         data[where, start : start + rows.shape[-1]] = rows
+    _refuse_overflow(data, status)
     found = _to_smallest_layout(on_grades(algebra, grades, data, status, shape, dtype))
     if as_bool(strict, "strict"):
         raise_first(found._status, name)
     return found
+
+
+def _refuse_overflow(data: Array, status: NDArray[np.uint8]) -> None:
+    """Items (n, k) of results that no double can hold become INVALID, and NaN."""
+    lost = (status == Status.OK) & ~np.isfinite(data).all(-1)
+    status[lost], data[lost] = Status.INVALID, np.nan
 
 
 def _to_smallest_layout(x: Multivector) -> Multivector:

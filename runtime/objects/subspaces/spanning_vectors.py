@@ -23,6 +23,8 @@ from ...status import Status
 
 Array = NDArray[np.float64]
 Codes = NDArray[np.uint8]
+#: Below the exponent of any coefficient after any change of units.
+LEAST = -(1 << 20)
 
 
 @dataclass(frozen=True)
@@ -147,12 +149,18 @@ def shifts(algebra: Algebra, items: Items) -> NDArray[np.int32]:
     return shift
 
 
-def scale_lengths(algebra: Algebra, g: int, rows: Array, shift: NDArray[np.int32]) -> Array:
-    """Coefficients after lengths were multiplied by 2^shift."""
+def scale_lengths(algebra: Algebra, g: int, rows: Array, shift: NDArray[np.int32], keeps_size: bool = False) -> Array:
+    """Coefficients after lengths were multiplied by 2^shift: up to a power of two, so that the largest is about one,
+    or, with ``keeps_size``, as they are, which may overflow.
+    """
     powers = np.array(length_powers(algebra, tuple(int(b) for b in algebra.blades_of_grade(g))), np.int32)
     if not powers.any() or not shift.any():
         return rows
-    return np.asarray(np.ldexp(rows, shift[..., None] * powers))
+    exponents = shift[..., None] * powers
+    if not keeps_size:
+        exponents = exponents - np.where(rows != 0, np.frexp(rows)[1] + exponents, LEAST).max(-1, keepdims=True)
+    with np.errstate(over="ignore", under="ignore"):
+        return np.asarray(np.ldexp(rows, exponents))
 
 
 __all__ = [
