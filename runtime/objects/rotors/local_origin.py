@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,7 +101,7 @@ def for_each(compute: Callable[[Frame | None], M], *objects: Multivector, axis: 
     if any(_are_all_far(x) for x in objects):
         return found
     far: NDArray[np.bool_] = np.logical_or.reduce(np.broadcast_arrays(*(_is_far(x) for x in objects)))
-    far = far if axis is None else far.any(axis)
+    far = far if axis is None else np.asarray(far.any(axis))
     return found if far.all() else _chosen(far, found, compute(None))
 
 
@@ -121,14 +121,14 @@ def _is_far(x: Multivector) -> NDArray[np.bool_]:
 
 def _chosen(far: NDArray[np.bool_], found: M, other: M) -> M:
     if not isinstance(found, Multivector) or not isinstance(other, Multivector):
-        return cast(M, np.where(far, found, other))
+        return np.where(far, found, other)
     kind = found._type if found._type is other._type else found.algebra.type_of(found.kind.layout, found.dtype)
     data = [embed(x, kind.kind) for x in (found, other)]
     status = None
     if found._status is not None or other._status is not None:
         codes = (np.zeros(x.shape, np.uint8) if x._status is None else x._status for x in (found, other))
         status = np.where(far, *codes).astype(np.uint8)
-    return cast(M, found._make(kind, np.where(far[..., None], *data), found.shape, status))
+    return found._make(kind, np.where(far[..., None], *data), found.shape, status)
 
 
 def _nearest_points(objects: Sequence[Multivector], start: NDArray[Any] | None) -> NDArray[Any]:
