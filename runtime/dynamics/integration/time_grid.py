@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from . import driver as engine
 
 Array = NDArray[Any]
+#: Largest relative error that can be asked for: error estimates are of leading order.
+MAX_RTOL = 0.1
 #: Duration, step, rtol and atol of a run; None is the tolerance of the integrator.
 Settings = tuple[float, float, float | None, float | None]
 #: Numbers of a stored state of a body: motor, twist, reaction, violation.
@@ -42,8 +44,11 @@ def settings_of(duration: Any, step: Any, rtol: Any, atol: Any, every_step: bool
             remedy="Take a longer step or a shorter duration",
         )
     relative = None if rtol is None else positive_float(rtol, "rtol")
-    if relative is not None and relative >= 1:
-        raise InputError(f"rtol is {relative:.3g}; it is a relative error, below 1.")
+    if relative is not None and relative > MAX_RTOL:
+        raise InputError(
+            f"rtol is {relative:.3g}; it is a relative error, at most {MAX_RTOL:g}.",
+            remedy="Beyond that no error is estimated; take a method of fixed steps where few digits do",
+        )
     return duration, size, relative, None if atol is None else as_float(atol, "atol", 0)
 
 

@@ -25,7 +25,7 @@ FILES = [
     (BODY + RUN + "times = [nan]", "line 7: simulation.times[0] is nan; numbers are finite"),
     (BODY + RUN + "times = 3", "line 7: simulation.times is 3; an array is needed"),
     (BODY + RUN + "rtol = inf", "line 7: simulation.rtol is inf; numbers are finite"),
-    (BODY + RUN + "rtol = 2", "rtol is 2; it is a relative error, below 1"),
+    (BODY + RUN + "rtol = 2", "rtol is 2; it is a relative error, at most 0.1"),
     (BODY + RUN + "baumgarte = 3", 'the rate baumgarte goes with stabilization = "baumgarte"'),
     (BODY + RUN + "project = 1", "line 7: simulation.project is 1; true or false is needed"),
     (BODY + RUN + "step = 1e-30", "the step is 1e-30, which is rounded away"),

@@ -67,6 +67,7 @@ def test_bodies_and_loads_keep_their_numbers() -> None:
 
 BODIES: list[tuple[dict[str, Any], str]] = [
     ({"mass": "heavy"}, "the mass is 'heavy'; real numbers are needed"),
+    ({"mass": 1e-320}, "the mass is 1e-320; a positive number is needed"),
     ({"mass": [1.0, -2.0]}, "the mass[1] is -2.0; a positive number is needed"),
     ({"inertia": [1.0, 2.0]}, "the inertia has shape (2,)"),
     ({"position": [0.0, np.nan, 0.0]}, "position[1] is nan; a finite number is needed"),
