@@ -35,8 +35,8 @@ T = TypeVar("T")
 Axes = tuple[int | str | EllipsisType, ...]
 #: Characters of an invalid value in a message.
 MAX_REPR = 60
-#: Range of finite numbers, and the least normal one.
-MAX_FLOAT, TINY = sys.float_info.max, sys.float_info.min
+#: Range of finite numbers.
+MAX_FLOAT = sys.float_info.max
 
 _LITERALS = (str, bytes, int, float, complex, list, tuple, dict, set, frozenset, np.ndarray, type(None))
 
@@ -285,11 +285,9 @@ def finite_array(value: Any, name: str, shape: Axes | None = None, error: type[B
 
 
 def positive_array(value: Any, name: str, zero: bool = False, error: type[BladesmithError] = InputError) -> Array:
-    """Array of positive finite numbers; zero is valid if ``zero`` says so. Else what is next to it, below the normal
-    numbers, is none: its inverse is infinite.
-    """
+    """Array of positive finite numbers; zero is valid if ``zero`` says so."""
     array = finite_array(value, name, error=error)
-    valid, needed = (array >= 0, "a number of at least 0") if zero else (array >= TINY, "a positive number")
+    valid, needed = (array >= 0, "a number of at least 0") if zero else (array > 0, "a positive number")
     return check_items(valid, array, name, needed, error)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.errors import InputError, KindError, ShapeError
-from ..common.validation import broadcast_shapes, finite_array, positive_array
+from ..common.validation import broadcast_shapes, check_items, finite_array, positive_array
 from ..core.multivector import Multivector
 from ..dispatch.formulas import ArrayOperand, evaluate
 from ..status import Status
@@ -66,6 +66,8 @@ class RigidBody:
     ) -> None:
         self.algebra = _home(algebra)
         self.mass = frozen_copy(positive_array(mass, "the mass"))
+        normal = self.mass >= np.finfo(float).tiny  # of others the inverse is infinite
+        check_items(normal, self.mass, "the mass", "a positive number")
         self.moments, self.axes = map(frozen_copy, principal(inertia))
         self.motor = self._pose(position, orientation)
         self.velocity = frozen_copy(vectors(velocity, "velocity"))
