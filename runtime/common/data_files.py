@@ -77,6 +77,8 @@ def read_npz(
         If the file cannot be read, is damaged, or holds something else.
     """
     file = as_path(path, f"{what} is read from")
+    if file.exists() and not file.is_file():  # a pipe would be waited for
+        raise InputError("is not a file.", where=str(file), remedy="NPZ is read at any place of a file: copy it to one")
     try:
         with ZipFile(file) as archive:
             header = _read_header(archive, expected)

@@ -117,6 +117,14 @@ def test_damaged_and_missing_files(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert not Path("harm").exists()
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="shell scripts and pipes are those of POSIX")
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "x.npz")
+    for path in (tmp_path / "x.npz", tmp_path):
+        with pytest.raises(bs.errors.InputError, match=r"is not a file\. NPZ is read at any place"):
+            bs.load(path)
+
+
 def test_an_interrupted_save_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "x.npz"
     bs.save(path, bs.algebra(2).e1)

@@ -18,6 +18,8 @@ from ...codegen.errors import InputError, ShapeError
 from ...common.validation import as_int, finite_array, positive_array, real_array
 
 Array = NDArray[Any]
+#: Of longer paths there are no squares.
+MAX_LENGTH = 1e150
 #: Points of the grid for each point of the path at least, and in all.
 BETWEEN, GRID = 40, 400
 #: Samples of each interval of the grid by which limits are checked.
@@ -114,11 +116,14 @@ def time_optimal(
     if q.ndim != 2 or len(q) < 2 or not 0 < q.shape[1] <= MOST:
         raise ShapeError(f"points have shape {q.shape}; two or more (k,) are needed.")
     fast, hard = _bounds(speeds, "speeds", q.shape[1]), _bounds(accelerations, "accelerations", q.shape[1])
-    legs = np.linalg.norm(np.diff(q, axis=0), axis=1)
+    with np.errstate(over="ignore"):
+        legs = np.linalg.norm(np.diff(q, axis=0), axis=1)
     if not (legs > 0).all():
         i = int(np.argmin(legs))
         raise InputError(f"points {i} and {i + 1} are equal.", remedy="Leave one of them out, or make two paths")
     knots = np.concatenate([[0.0], np.cumsum(legs)])
+    if not knots[-1] < MAX_LENGTH:
+        raise InputError("the path is longer than numbers are.", remedy="Give angles in radians, and lengths in meters")
     curve = make_interp_spline(knots, q, k=min(3, len(q) - 1))
     count = max(GRID, BETWEEN * len(q)) if samples is None else as_int(samples, "samples", low=2, high=1_000_000)
     parts = np.maximum(np.round(count * legs / knots[-1]), 2).astype(int)  # points of the path are on the grid

@@ -77,5 +77,7 @@ def test_bad_input():
         kinematics.time_optimal([[0.0], [np.nan]], 1, 1)
     with pytest.raises(InputError, match="samples"):
         kinematics.time_optimal(line, 1, 1, samples=1)
+    with pytest.raises(InputError, match="longer than numbers are"):
+        kinematics.time_optimal([[0.0, 0.0], [1e300, 1.0]], 1.0, 1.0)
     with pytest.raises(InputError, match="times are not finite"):
         kinematics.time_optimal(line, 1, 1)(np.nan)
