@@ -10,6 +10,7 @@ import csv
 import io
 import json
 import math
+import os
 import platform
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -77,7 +78,7 @@ def read_npz(
         If the file cannot be read, is damaged, or holds something else.
     """
     file = as_path(path, f"{what} is read from")
-    if file.exists() and not file.is_file():  # a pipe would be waited for
+    if os.path.exists(file) and not os.path.isfile(file):  # a pipe would be waited for
         raise InputError("is not a file.", where=str(file), remedy="NPZ is read at any place of a file: copy it to one")
     try:
         with ZipFile(file) as archive:
