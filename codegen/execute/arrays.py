@@ -23,7 +23,7 @@ Array = NDArray[Any]
 Splitter = Callable[[Callable[[int, int], None], int], None]
 _splitter: Splitter | None = None
 _F64, _F32 = np.dtype(np.float64), np.dtype(np.float32)
-_DENSE = (8,)  # strides of a contiguous row of doubles
+_READY = 0x101  # flags of arrays that are contiguous and aligned: NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED
 #: A plan's places for results and for arguments; the same numbers stand in templates/c/kernels/kernels.cdef.
 PLAN_OUTPUTS, PLAN_INPUTS = 8, 16
 
@@ -127,7 +127,8 @@ class Binding(ABC):
         self.symbol = symbol
         self.inputs = tuple(inputs)
         self.outputs = tuple(outputs)
-        self._widths = [max(item.size, 1) for item in self.inputs]
+        self._sizes = [item.size for item in self.inputs]
+        self._widths = [max(size, 1) for size in self._sizes]
         self._single_output = len(self.outputs) == 1 and not self.outputs[0].is_status
 
     def __call__(self, *arrays: Any) -> Any:
@@ -147,6 +148,9 @@ class Binding(ABC):
         """Contiguous arrays of one floating type, each with the full leading shape or a single row."""
         if len(arrays) != len(self.inputs):
             raise InputError(f"{self.symbol} takes {len(self.inputs)} arrays, not {len(arrays)}.")
+        lead = self._common_lead(arrays)
+        if lead is not None:
+            return list(arrays), lead
         prepared = [floating(a, item.name) for a, item in zip(arrays, self.inputs, strict=True)]
         if any(a.dtype != prepared[0].dtype for a in prepared):
             prepared = [a.astype(_F64) for a in prepared]
@@ -164,6 +168,22 @@ class Binding(ABC):
                 array = np.broadcast_to(array, lead + ((item.size,) if item.size else ()))
             rows.append(np.ascontiguousarray(array))
         return rows, lead
+
+    def _common_lead(self, arrays: Sequence[Any]) -> tuple[int, ...] | None:
+        """The leading shape of contiguous rows of float64 that have one: the short way. None where it is not so simple."""
+        lead = None
+        for a, size in zip(arrays, self._sizes, strict=True):
+            if type(a) is not np.ndarray or a.dtype is not _F64 or a.flags.num & _READY != _READY:
+                return None
+            own = a.shape
+            if size:
+                if own[-1:] != (size,):
+                    return None
+                own = own[:-1]
+            if lead is not None and own != lead:
+                return None
+            lead = own
+        return lead
 
     def empty_results(self, lead: tuple[int, ...], dtype: Any) -> list[Array]:
         """Arrays for the results of items of a leading shape."""
@@ -232,9 +252,7 @@ class BoundKernel(Binding):
         """The result for one item, two contiguous float64 rows: the short way. None where it is not that simple."""
         if type(a) is not np.ndarray or type(b) is not np.ndarray or a.dtype is not _F64 or b.dtype is not _F64:
             return None
-        if [a.shape, b.shape] != self._shapes or a.strides != _DENSE or b.strides != _DENSE:
-            return None
-        if not (a.flags.aligned and b.flags.aligned):
+        if [a.shape, b.shape] != self._shapes or a.flags.num & b.flags.num & _READY != _READY:
             return None
         out = np.empty(self._result_shape)
         buffer = self._from_buffer

@@ -127,10 +127,12 @@ class InPlace:
             Arguments as in a call: those that items have of their own, along a first axis, and those that all share.
         """
         hold = self.loop.hold
-        held, strides, counts = list(self._held), list(self._strides), list(self._counts)
-        arranged = arrange(self._parameters, n, each, shared, hold, self.loop.number)
-        for k, own, stride, count in zip(self._open, *arranged, strict=True):
-            held[k], strides[k], counts[k] = own, stride, count
+        held, strides, counts = arrange(self._parameters, n, each, shared, hold, self.loop.number)
+        if len(self._open) < len(self._held):
+            arranged = zip(self._open, held, strides, counts, strict=True)
+            held, strides, counts = list(self._held), list(self._strides), list(self._counts)
+            for k, own, stride, count in arranged:
+                held[k], strides[k], counts[k] = own, stride, count
         returned = [np.empty(n, STORED[type]) for type in self.entry.results]
         for array in returned:
             held.append(hold(array))

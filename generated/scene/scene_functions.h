@@ -1083,9 +1083,14 @@ BS_OUTLINED void FN(render)(ptrdiff_t begin, ptrdiff_t end, const ptrdiff_t scen
   const S share = K(1.0) / (S)(grid * grid);
   S origin[3];
   FN(cga3d_camera_position)(origin, reals + camera_at1);
+  ptrdiff_t column = bs_remainder(begin, picture[0]) - 1;
+  ptrdiff_t line = bs_quotient(begin, picture[0]);
   for (ptrdiff_t pixel = begin; pixel < end; pixel++) {
-    const ptrdiff_t column = bs_remainder(pixel, picture[0]);
-    const ptrdiff_t line = bs_quotient(pixel, picture[0]);
+    column = column + 1;
+    if (column == picture[0]) {
+      column = 0;
+      line = line + 1;
+    }
     const ptrdiff_t place = pixel - picture[2];
     for (ptrdiff_t k = 0; k < 3; k++) {
       ray[k] = origin[k];
@@ -1096,19 +1101,21 @@ BS_OUTLINED void FN(render)(ptrdiff_t begin, ptrdiff_t end, const ptrdiff_t scen
       for (ptrdiff_t k1 = 0; k1 < 3; k1++) {
         total[k1] = K(0.0);
       }
-      for (ptrdiff_t sample = 0; sample < grid * grid; sample++) {
-        const S x = (S)(column) + ((S)(bs_remainder(sample, grid)) + K(0.5)) / (S)(grid);
-        const S y = (S)(line) + ((S)(bs_quotient(sample, grid)) + K(0.5)) / (S)(grid);
-        for (ptrdiff_t k2 = 0; k2 < 3; k2++) {
-          ray[k2] = origin[k2];
-        }
-        FN(pixel_ray)(ray + 3, reals + camera_at1, picture, x, y);
-        for (ptrdiff_t k3 = 0; k3 < 3; k3++) {
-          seen[k3] = K(0.0);
-        }
-        FN(add_color)(seen, scene, integers, reals, ray);
-        for (ptrdiff_t i = 0; i < 3; i++) {
-          total[i] = total[i] + share * seen[i];
+      for (ptrdiff_t down = 0; down < grid; down++) {
+        const S y = (S)(line) + ((S)(down) + K(0.5)) / (S)(grid);
+        for (ptrdiff_t right = 0; right < grid; right++) {
+          const S x = (S)(column) + ((S)(right) + K(0.5)) / (S)(grid);
+          for (ptrdiff_t k2 = 0; k2 < 3; k2++) {
+            ray[k2] = origin[k2];
+          }
+          FN(pixel_ray)(ray + 3, reals + camera_at1, picture, x, y);
+          for (ptrdiff_t k3 = 0; k3 < 3; k3++) {
+            seen[k3] = K(0.0);
+          }
+          FN(add_color)(seen, scene, integers, reals, ray);
+          for (ptrdiff_t i = 0; i < 3; i++) {
+            total[i] = total[i] + share * seen[i];
+          }
         }
       }
       for (ptrdiff_t i = 0; i < 3; i++) {

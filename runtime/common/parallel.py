@@ -144,8 +144,9 @@ def interruptible(function: Callable[[], T]) -> T:
 
 def split(part: Part, n: int, threads: int | None = None) -> None:
     """`run` for loops over cheap items, such as batches of products: few chunks, each worth a thread."""
-    threads = thread_count(threads)
-    if n < 2 * GRAIN or threads == 1:
+    if threads is not None:
+        threads = thread_count(threads)
+    if n < 2 * GRAIN or (threads := threads or thread_count()) == 1:
         _call(part, 0, n)
     else:
         run(part, n, threads, chunk=max(GRAIN, -(-n // threads)))

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..codegen.algebra.algebra import Kind, numbers, scalar_argument
 from ..codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, SingularError, TraceError
 from ..common.dtypes import common_precision
-from ..common.validation import as_bool, real_array
+from ..common.validation import all_finite, as_bool, real_array
 from ..status import Status
 from . import kind_inference
 from .coefficients import embed
@@ -266,10 +266,9 @@ def array_result(
 
 def invalidate_nonfinite(x: M) -> M:
     """Items without an answer are NaN all over; what is not finite is `INVALID`, unless its status says more."""
-    with np.errstate(all="ignore"):
-        if np.isfinite(x._data.sum()) and (x._status is None or not x._status.any()):
-            return x
-        bad = ~np.isfinite(x._data).all(-1)
+    if all_finite(x._data) and (x._status is None or not x._status.any()):
+        return x
+    bad = ~np.isfinite(x._data).all(-1)
     if x._status is not None:
         bad = bad | (x._status != Status.OK) & (x._status != Status.NOT_UNIQUE)
     return invalidate(x, bad)
@@ -288,7 +287,7 @@ def invalidate(x: M, bad: NDArray[np.bool_]) -> M:
 
 def propagate_invalid(result: M, x: MultivectorData) -> M:
     """The result of a function of x: items of x that are not finite have no answer, and x's status or `INVALID`."""
-    if np.isfinite(x._data).all():
+    if all_finite(x._data):
         return result
     bad = ~np.isfinite(x._data).all(-1)
     statuses = (invalidate(x, bad)._status, result._status)

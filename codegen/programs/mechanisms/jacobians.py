@@ -111,9 +111,9 @@ def reduce_rest(
         pivot[column] = row
         own = width * row
         for i in range(rows):
-            share = table[width * i + column] / table[own + column]
-            if i == row or used[i] == FOR_LINK or share == 0.0:
+            if i == row or used[i] == FOR_LINK or table[width * i + column] == 0.0:
                 continue
+            share = table[width * i + column] / table[own + column]
             for j in range(width):
                 table[width * i + j] -= share * table[own + j]
 

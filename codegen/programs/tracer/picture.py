@@ -268,9 +268,13 @@ def picture_algorithms(
         grid = scene.grid
         share = 1.0 / float(grid * grid)
         origin = camera_position(camera[:MOTOR_SIZE])
+        column = begin % picture.width - 1
+        line = begin // picture.width
         for pixel in range(begin, end):
-            column = pixel % picture.width
-            line = pixel // picture.width
+            column += 1  # counted: a division of integers takes as long as a twentieth of a ray
+            if column == picture.width:
+                column = 0
+                line += 1
             place = pixel - picture.first
             if has_layers:
                 ray.origin[:] = origin
@@ -278,15 +282,16 @@ def picture_algorithms(
                 store_layers(place, scene, integers, reals, picture, ray, normal, depth, alpha, cost)
             if picture.color != 0:
                 total[:] = 0.0
-                for sample in range(grid * grid):
-                    x = float(column) + (float(sample % grid) + 0.5) / float(grid)
-                    y = float(line) + (float(sample // grid) + 0.5) / float(grid)
-                    ray.origin[:] = origin
-                    pixel_ray(ray.direction, camera, picture, x, y)
-                    seen[:] = 0.0
-                    add_color(seen, scene, integers, reals, ray)
-                    for i in range(3):
-                        total[i] += share * seen[i]
+                for down in range(grid):
+                    y = float(line) + (float(down) + 0.5) / float(grid)
+                    for right in range(grid):
+                        x = float(column) + (float(right) + 0.5) / float(grid)
+                        ray.origin[:] = origin
+                        pixel_ray(ray.direction, camera, picture, x, y)
+                        seen[:] = 0.0
+                        add_color(seen, scene, integers, reals, ray)
+                        for i in range(3):
+                            total[i] += share * seen[i]
                 for i in range(3):
                     color[3 * place + i] = total[i]
 
