@@ -170,7 +170,7 @@ class Binding(ABC):
         return rows, lead
 
     def _common_lead(self, arrays: Sequence[Any]) -> tuple[int, ...] | None:
-        """The leading shape of contiguous rows of float64 that have one: the short way. None where it is not so simple."""
+        """The leading shape that contiguous rows of float64 share: the short way. None where it is not so simple."""
         lead = None
         for a, size in zip(arrays, self._sizes, strict=True):
             if type(a) is not np.ndarray or a.dtype is not _F64 or a.flags.num & _READY != _READY:

@@ -26,6 +26,7 @@ from ..dynamics.steps.collocated import (
     IS_LOST,
     IS_SOLVED,
     RENEW,
+    SOLVED,
     accept_step,
     begin_iterations,
     change_of_step,
@@ -132,7 +133,7 @@ def implicit_step_algorithms(closing: ClosingAlgorithms, explicit: StepAlgorithm
                 )  # fmt: skip
             square = 0.0
             for i in range(n):
-                subtract_slopes(scheme, n, size, h, i, stages)
+                subtract_slopes(scheme, n, size, 0, size, h, i, stages)
                 solve_stage(size, n, i, size * (2 * n + i), stages)
             for j in range(size * n):
                 stages[size * n + j] += stages[2 * size * n + j]
@@ -142,7 +143,7 @@ def implicit_step_algorithms(closing: ClosingAlgorithms, explicit: StepAlgorithm
                 error = error_of(joints, settings, options, pace, start, end, size * (2 * n + i), stages)
                 square += error * error
             change = sqrt(square / float(n))
-            verdict = judge_iteration(round, change, kept.iteration)
+            verdict = judge_iteration(round, change, SOLVED, kept.iteration)
             if verdict == IS_LOST:
                 return 0
             if verdict == IS_SOLVED:

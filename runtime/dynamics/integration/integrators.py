@@ -101,22 +101,6 @@ def _check_series(assembly: Assembly) -> None:
         raise InputError(f"taylor makes series of the motion; {why}.", remedy="Use integrator='adaptive'")
 
 
-def differentiable(integrator: str) -> str:
-    """Integrator of a run with sensitivities.
-
-    Raises
-    ------
-    InputError
-        If the requested one has no tangents.
-    """
-    if integrator == "implicit":
-        raise InputError(
-            "implicit does not compute sensitivities.",
-            remedy="Use integrator='auto', 'adaptive', or one with a fixed step",
-        )
-    return "adaptive" if integrator == "auto" else integrator
-
-
 def splits(assembly: Assembly) -> bool:
     """True if the motion is composed of exact flows: one body, free or rotating about a point, that nothing brakes.
 
@@ -135,12 +119,13 @@ def _is_stiff(assembly: Assembly, duration: float) -> bool:
     return len(assembly.bodies) <= MAX_IMPLICIT and fastest_decay(assembly) * duration > STIFF
 
 
-def select_integrator(integrator: str, assembly: Assembly, duration: float) -> str:
+def select_integrator(integrator: str, assembly: Assembly, duration: float, sensitivities: bool = False) -> str:
     """Integrator by name, for a run of so many seconds.
 
     "auto" is implicit where loads damp so fast that explicit steps would be many, else Taylor series where the motion
-    has them, else steps of order 8. All adapt their steps to the tolerances, so that fast spins and slow swings need no
-    choice of step. The studies `tops`, `pendulums` and `stiffness` compare them with all others.
+    has them and no sensitivities are wanted, else steps of order 8. All adapt their steps to the tolerances, so that
+    fast spins and slow swings need no choice of step. The studies `tops`, `pendulums` and `stiffness` compare them with
+    all others.
 
     Raises
     ------
@@ -151,7 +136,7 @@ def select_integrator(integrator: str, assembly: Assembly, duration: float) -> s
     if integrator == "auto":
         if _is_stiff(assembly, duration):
             return "implicit"
-        return "adaptive" if _no_series(assembly) or _many(assembly) else "taylor"
+        return "adaptive" if sensitivities or _no_series(assembly) or _many(assembly) else "taylor"
     if INTEGRATORS[integrator] == "composition" and not splits(assembly):
         raise InputError(
             f"{integrator} composes exact flows: of one body, free or rotating about one pinned point, under loads "

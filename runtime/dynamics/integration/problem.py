@@ -79,9 +79,8 @@ class Problem:
                 "stabilization='null-space' is for pins of one body that never move.",
                 remedy="Use 'auto', 'projection' or 'baumgarte'",
             )
-        integrator = integrators.differentiable(self.integrator) if sensitivities else self.integrator
-        name = integrators.select_integrator(integrator, assembly, duration)
-        if integrator == "auto" and self.stabilization == "baumgarte":  # whose terms have no series
+        name = integrators.select_integrator(self.integrator, assembly, duration, sensitivities)
+        if self.integrator == "auto" and self.stabilization == "baumgarte":  # whose terms have no series
             name = "adaptive"
         tolerance = integrators.RTOL if rtol is None else rtol
         absolute = 0.0 if atol is None else atol

@@ -58,27 +58,13 @@ def adaptive_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
     chart, tangents, has_tangents, lanes = 2 * size, parts.tangents, parts.tangents > 0, parts.lanes
     place_of_tangent = charts.place_of_tangent
     has_large_state = parts.has_large_state
-    groups, size_of_group, scale_of_state, rounding_of_rates, radius_of_gyration, first_step = scales
+    groups, _, scale_of_state, scale_of_tangent, rounding_of_rates, radius_of_gyration, first_step = scales
     work = work_records(parts)
     Kept: Any = kept_record(parts)
     Work: Any = work.whole
     Integers: Any = work.integers
     chart_rates, end_tangents, land = charts.chart_rates, charts.end_tangents, charts.land
     add_stages, start_of_step, end_of_step = charts.add_stages, charts.start_of_step, charts.end_of_step
-
-    @algorithm
-    def scale_of_tangent(
-        h: Real, start: Vector[state], end: Vector[state], slopes: Vector[state], at: Int, group: Static, radius: Real,
-        of_state: Real,
-    ) -> Real:  # fmt: skip
-        """The same of a tangent: against itself, down to a fraction of what the state is measured against.
-
-        A parameter is taken as large as it is, and tangents that are nothing but rounding are no errors.
-        """
-        places, others, is_angular = group
-        own = size_of_group(h, start, end, slopes, at, lanes, places)
-        across = (1.0 / radius if is_angular else radius) * size_of_group(h, start, end, slopes, at, lanes, others)
-        return max(max(own, across), 1e-2 * of_state)
 
     @inlined
     def add_squares(

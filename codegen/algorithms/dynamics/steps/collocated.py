@@ -21,8 +21,9 @@ from .error_scales import SAFETY
 #: States that are kept beside three for each stage.
 MORE_ROWS = 5
 #: Error of the solution of a step that counts as none, in units of what is allowed; where iterations come to nothing
-#: by rounding, it is good enough below the second.
-SOLVED, NEARLY_SOLVED = 1e-2, 0.1
+#: by rounding, it is good enough below the second. Tangents need the forces of stiff springs, which are errors times
+#: their stiffness: the last.
+SOLVED, NEARLY_SOLVED, SOLVED_FOR_TANGENTS = 1e-2, 0.1, 1e-7
 #: Iterations, at most: for three stages, and for each more.
 ITERATIONS, MORE_ITERATIONS = 12, 3
 #: How fast a first iteration converges, at best.
@@ -37,6 +38,9 @@ FAST = 0.4
 LEAST_CHANGE, MOST_CHANGE, KEPT_FROM, KEPT_TO = 0.125, 4.0, 1.0, 1.2
 #: Estimates that are smaller count as this, where steps follow from two of them.
 LEAST_ERROR = 1e-2
+#: Iterations of the tangents of a step, at most; of the tolerance, what they are solved to; changes of tangents, as
+#: fractions of these, that may be rounding, and that come to nothing: at first they may grow.
+TANGENT_ITERATIONS, TANGENT_SHARE, ROUNDED, MOST_TANGENT_CHANGE = 60, 1e-3, 1e-9, 1e12
 #: What follows from an iteration: the next one, with new derivatives; that the step is solved; that it will not be.
 GO_ON, RENEW, IS_SOLVED, IS_LOST = 0, 1, 2, 3
 
@@ -69,17 +73,30 @@ def guess_stages(scheme: Reals, n: Int, size: Int, h: Real, last: Real, has_last
 
 
 @algorithm
-def subtract_slopes(scheme: Reals, n: Int, size: Int, h: Real, i: Int, stages: InOut[Reals]) -> None:
+def subtract_slopes(
+    scheme: Reals, n: Int, size: Int, first: Int, last: Int, h: Real, i: Int, stages: InOut[Reals]
+) -> None:
     """Rates at a stage, which are in the place of its change: what is left of them beside the stages' slopes."""
     inverse = scheme[2 * n :]
     triangle = scheme[2 * n + n * n :]
-    for j in range(size):
+    for j in range(first, last):
         total = 0.0
         for m in range(n):
             total += inverse[n * i + m] * stages[size * (n + m) + j]
         for m in range(i):
             total += triangle[n * i + m] * stages[size * (2 * n + m) + j]
         stages[size * (2 * n + i) + j] -= total / h
+
+
+@algorithm
+def judge_tangents(i: Int, change: Real, enough: Real, last: Real) -> Int:
+    """What follows from an iteration of tangents, which changed them by so much, as a fraction of what they are."""
+    if not change < MOST_TANGENT_CHANGE:
+        return IS_LOST
+    rate = change / last if i > 0 else LEAST_RATE
+    if change == 0.0 or (rate < 1.0 and rate / (1.0 - rate) * change <= enough):
+        return IS_SOLVED
+    return IS_SOLVED if i > 1 and rate > SLOW and change <= ROUNDED else GO_ON
 
 
 @algorithm
@@ -117,8 +134,11 @@ def begin_iterations(it: InOut[Iteration]) -> None:
 
 
 @algorithm
-def judge_iteration(i: Int, change: Real, it: InOut[Iteration]) -> Int:
-    """What follows from an iteration of a number, which changed the stages by so much, in units of what is allowed."""
+def judge_iteration(i: Int, change: Real, enough: Real, it: InOut[Iteration]) -> Int:
+    """What follows from an iteration of a number, which changed the stages by so much, in units of what is allowed.
+
+    It goes on until what is left is enough.
+    """
     last = it.last_change
     if not change < INFINITY:
         return IS_LOST
@@ -126,7 +146,7 @@ def judge_iteration(i: Int, change: Real, it: InOut[Iteration]) -> Int:
         it.rate_now = change / last
         it.rate = it.rate_now
     rate = it.rate_now
-    if change == 0.0 or (rate < 1.0 and rate / (1.0 - rate) * change <= SOLVED):
+    if change == 0.0 or (rate < 1.0 and rate / (1.0 - rate) * change <= enough):
         return IS_SOLVED
     if change > 0.5 * last and change <= NEARLY_SOLVED:
         return IS_SOLVED

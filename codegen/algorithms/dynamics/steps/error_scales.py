@@ -47,7 +47,7 @@ class ErrorScales(NamedTuple):
     ----------
     groups : tuple
         Coefficients of rotations and paths: those of the group, of the other one, whether they are rotations.
-    size_of_group, scale_of_state, rounding_of_rates : algorithm
+    size_of_group, scale_of_state, scale_of_tangent, rounding_of_rates : algorithm
         Of one group of a body.
     radius_of_gyration : algorithm
         Of a body.
@@ -58,6 +58,7 @@ class ErrorScales(NamedTuple):
     groups: tuple[tuple[tuple[int, ...], tuple[int, ...], bool], ...]
     size_of_group: algorithm
     scale_of_state: algorithm
+    scale_of_tangent: algorithm
     rounding_of_rates: algorithm
     radius_of_gyration: algorithm
     first_step: algorithm
@@ -72,7 +73,7 @@ def error_scales(parts: Parts, charts: ChartAlgorithms, radius_of_gyration: Any)
     charts : ChartAlgorithms
     radius_of_gyration : algorithm
     """
-    count, size, state = parts.bodies, parts.size, parts.state
+    count, size, state, lanes = parts.bodies, parts.size, parts.state, parts.lanes
     groups = ((parts.angular, parts.linear, True), (parts.linear, parts.angular, False))
     work = work_records(parts)
     Kept: Any = kept_record(parts)
@@ -111,6 +112,20 @@ def error_scales(parts: Parts, charts: ChartAlgorithms, radius_of_gyration: Any)
             return max(own, 1.0 if is_angular else radius)
         across = size_of_group(h, start, end, slopes, at, 1, others)
         return max(own, (1.0 / radius if is_angular else radius) * across)
+
+    @algorithm
+    def scale_of_tangent(
+        h: Real, start: Vector[state], end: Vector[state], slopes: Vector[state], at: Int, group: Static, radius: Real,
+        of_state: Real,
+    ) -> Real:  # fmt: skip
+        """What the error of a group of a tangent is measured against: itself, down to a fraction of the state's scale.
+
+        A parameter is taken as large as it is, and tangents that are nothing but rounding are no errors.
+        """
+        places, others, is_angular = group
+        own = size_of_group(h, start, end, slopes, at, lanes, places)
+        across = (1.0 / radius if is_angular else radius) * size_of_group(h, start, end, slopes, at, lanes, others)
+        return max(max(own, across), 1e-2 * of_state)
 
     @inlined
     def rounding_of_rates(w: Work, body: Body, b: Int, places: Static) -> Real:
@@ -163,4 +178,6 @@ def error_scales(parts: Parts, charts: ChartAlgorithms, radius_of_gyration: Any)
                         least = min(least, 0.01 / moved)
         return least
 
-    return ErrorScales(groups, size_of_group, scale_of_state, rounding_of_rates, radius_of_gyration, first_step)
+    return ErrorScales(
+        groups, size_of_group, scale_of_state, scale_of_tangent, rounding_of_rates, radius_of_gyration, first_step,
+    )  # fmt: skip

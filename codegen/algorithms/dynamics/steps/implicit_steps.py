@@ -28,6 +28,8 @@ from .collocated import (
     IS_LOST,
     IS_SOLVED,
     RENEW,
+    SOLVED,
+    SOLVED_FOR_TANGENTS,
     accept_step,
     begin_iterations,
     change_of_step,
@@ -40,6 +42,7 @@ from .collocated import (
     subtract_slopes,
 )  # fmt: skip
 from .error_scales import ALMOST, FEWEST_ROUNDINGS, AdaptiveAlgorithms, ErrorScales
+from .implicit_tangents import stage_tangents
 from .stage_systems import stage_systems
 
 OK, UNDERFLOW = int(Code.OK), int(Code.UNDERFLOW)
@@ -56,15 +59,19 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
     scales : ErrorScales
     """
     count, size, motors_size, state = parts.bodies, parts.size, 8 * parts.bodies, parts.state
+    chart, has_tangents = 2 * size, parts.tangents > 0
     is_large, has_large_state = parts.is_large, parts.has_large_state
     work = work_records(parts)
     own_size = work.numbers.size
     Kept: Any = kept_record(parts)
     Work: Any = work.whole
     Integers: Any = work.integers
-    groups, _, scale_of_state, rounding_of_rates, radius_of_gyration, first_step = scales
-    state_rates, start_of_step, land = charts.state_rates, charts.start_of_step, charts.land
+    groups, _, scale_of_state, _, rounding_of_rates, radius_of_gyration, first_step = scales
+    state_rates, chart_rates, end_tangents = charts.state_rates, charts.chart_rates, charts.end_tangents
+    start_of_step, land = charts.start_of_step, charts.land
     differentiate_stages, factor_stages, solve_stage = stage_systems(parts, charts)
+    enough = SOLVED_FOR_TANGENTS if has_tangents else SOLVED
+    solve_tangents: Any = stage_tangents(parts, charts, scales, solve_stage) if has_tangents else None
 
     # -- errors ----------------------------------------------------------------------------------------------
 
@@ -110,7 +117,7 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
                 places, _, _ = group
                 for j in places:
                     blur[size + 6 * b + j] = rounding_of_rates(w, bodies[b], b, places)
-        solve_stage(kept, m, 0, blur, x)
+        solve_stage(kept, m, 0, blur[0:chart], x)
 
     # -- steps -----------------------------------------------------------------------------------------------
 
@@ -127,19 +134,21 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
             left = empty(size)
         n = p.stages
         for i in range(n):
-            for j in range(state):
+            change = stages[2 * n + i]
+            for j in range(chart):
                 x[j] = start[j] + stages[n + i, j]
             status = state_rates(
                 numbers, bodies, springs, user_loads, constraints, w[0:own_size], p, stop, t + scheme[i] * h,
-                kept.motors, x, stages[2 * n + i],
+                kept.motors, x[0:chart], change[0:chart],
             )  # fmt: skip
             if status != OK:
                 return int(status)
         for i in range(n):
-            subtract_slopes(scheme, n, state, h, i, stages)
-            solve_stage(kept, diagonal(scheme, n, i, h), i, stages[2 * n + i], left)
+            change = stages[2 * n + i]
+            subtract_slopes(scheme, n, state, 0, chart, h, i, stages)
+            solve_stage(kept, diagonal(scheme, n, i, h), i, change[0:chart], left)
         for i in range(n):
-            for j in range(state):
+            for j in range(chart):
                 stages[n + i, j] += stages[2 * n + i, j]
         return OK
 
@@ -158,13 +167,13 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
             )
             if status != OK:
                 return int(status), 0
-            for j in range(state):
+            for j in range(chart):
                 end[j] = start[j] + stages[2 * n - 1, j]
             square = 0.0
             for m in range(n):
                 square += square_of(bodies, w, start, end, stages[3 * n], stages[2 * n + m])
             change = sqrt(square / (4.0 * float(count * n)))
-            verdict = judge_iteration(i, change, kept.iteration)
+            verdict = judge_iteration(i, change, enough, kept.iteration)
             if verdict == IS_LOST:
                 return OK, 0
             if verdict == IS_SOLVED:
@@ -198,19 +207,20 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
         m = diagonal(scheme, n, 0, h)
         error = stages[3 * n + 2]
         estimate_error(scheme, n, state, m, stages, x)
-        solve_stage(kept, m, 0, error, left)
+        solve_stage(kept, m, 0, error[0:chart], left)
         size_of_error = sqrt(square_of(bodies, w, start, end, stages[3 * n], error) / (4.0 * float(count)))
         status = OK
         if size_of_error >= 1.0 and size_of_error < INFINITY and is_careful != 0:
             moved = stages[3 * n + 3]
-            for j in range(state):
+            for j in range(chart):
                 moved[j] = start[j] + error[j]
             status = state_rates(
-                numbers, bodies, springs, user_loads, constraints, w[0:own_size], p, stop, t, kept.motors, moved, error
-            )
-            for j in range(state):
+                numbers, bodies, springs, user_loads, constraints, w[0:own_size], p, stop, t, kept.motors,
+                moved[0:chart], error[0:chart],
+            )  # fmt: skip
+            for j in range(chart):
                 error[j] += x[j]
-            solve_stage(kept, m, 0, error, left)
+            solve_stage(kept, m, 0, error[0:chart], left)
             size_of_error = sqrt(square_of(bodies, w, start, end, stages[3 * n], error) / (4.0 * float(count)))
         return int(status), size_of_error
 
@@ -244,8 +254,8 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
         is_rejected = False
         start_of_step(kept, start)
         p.blurred = 1
-        status = state_rates(
-            numbers, bodies, springs, user_loads, constraints, w[0:own_size], p, stop, t, kept.motors, start, rates
+        status = chart_rates(
+            numbers, bodies, springs, user_loads, constraints, directions, w, p, stop, t, kept.motors, start, rates
         )
         p.blurred = 0
         if status != OK:
@@ -292,6 +302,19 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
                 h /= 10.0
                 is_rejected = True
                 continue
+            if has_tangents and error < 1.0:
+                status, error_along = solve_tangents(
+                    numbers, bodies, springs, user_loads, constraints, directions, w, p, stop, scheme, t, h, start,
+                    end, kept, stages, x,
+                )  # fmt: skip
+                if status != OK:
+                    return int(status)
+                if not error_along < INFINITY:
+                    it.has_jacobian = 0.0
+                    h *= 0.5
+                    is_rejected = True
+                    continue
+                error = max(error, error_along)
             change, caution = change_of_step(error, n, rounds, p.method_order)
             if error < 1.0:
                 break
@@ -320,18 +343,22 @@ def implicit_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
         kept: InOut[Kept], stages: InOut[Rows[state]], motors: Out[Vector[motors_size]], twists: Out[Vector[size]],
     ) -> Int:  # fmt: skip
         """The state at a time within the last step, on the polynomial of its stages; a status."""
+        if has_large_state:  # noqa: SIM108
+            x = w.chart_x
+        else:
+            x = empty(state)
         weights = empty(MOST_STAGES)
-        phi = empty(6)
         lagrange(scheme, p.stages, (t - kept.dense_time) / kept.dense_step, weights)
+        for j in range(state):
+            x[j] = stages[3 * p.stages + 4, j]
+            for i in range(p.stages):
+                x[j] += weights[i] * stages[i, j]
         for b in range(count):
-            for j in range(6):
-                phi[j] = 0.0
-                twists[6 * b + j] = stages[3 * p.stages + 4, size + 6 * b + j]
-                for i in range(p.stages):
-                    phi[j] += weights[i] * stages[i, 6 * b + j]
-                    twists[6 * b + j] += weights[i] * stages[i, size + 6 * b + j]
-            moved = k.moved_chart(kept.old_motors[8 * b : 8 * b + 8], phi)
+            moved = k.moved_chart(kept.old_motors[8 * b : 8 * b + 8], x[6 * b : 6 * b + 6])
             motors[8 * b : 8 * b + 8] = k.near_motor(moved)
+        if has_tangents:
+            end_tangents(kept.old_motors, x, motors, kept.seen_tangents)
+        twists[:] = x[size:chart]
         return OK
 
     return AdaptiveAlgorithms(first_step, adaptive_step, find_state_between)

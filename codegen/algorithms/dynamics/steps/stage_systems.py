@@ -50,7 +50,7 @@ def stage_systems(parts: Parts, charts: ChartAlgorithms) -> StageSystems:
     parts : Parts
     charts : ChartAlgorithms
     """
-    count, size, state = parts.bodies, parts.size, parts.state
+    count, size, state, chart = parts.bodies, parts.size, parts.state, 2 * parts.size
     work = work_records(parts)
     own_size = work.numbers.size
     Kept: Any = kept_record(parts)
@@ -61,8 +61,8 @@ def stage_systems(parts: Parts, charts: ChartAlgorithms) -> StageSystems:
     @algorithm
     def find_jacobian(
         numbers: Reals, bodies: Rows[Body], springs: IntRows[2], user_loads: IntRows[3], constraints: Rows[Constraint],
-        w: InOut[Work], p: InOut[Integers], stop: IntVector[1], t: Real, x: Vector[state], stage: Int,
-        kept: InOut[Kept], unit: InOut[Vector[state]], slopes: InOut[Vector[state]], column: InOut[Vector[state]],
+        w: InOut[Work], p: InOut[Integers], stop: IntVector[1], t: Real, x: Vector[chart], stage: Int,
+        kept: InOut[Kept], unit: InOut[Vector[chart]], slopes: InOut[Vector[chart]], column: InOut[Vector[chart]],
     ) -> Int:  # fmt: skip
         """The derivatives of the rates at a stage, column by column, and what its system takes of them; a status."""
         stiffness = kept.stiffness[size * stage : size * stage + size]
@@ -72,7 +72,7 @@ def stage_systems(parts: Parts, charts: ChartAlgorithms) -> StageSystems:
         block = empty(6)
         status = OK
         unit[:] = 0.0
-        for j in range(state):
+        for j in range(chart):
             unit[j] = 1.0
             if status == OK:
                 status = rates_along(
@@ -129,7 +129,7 @@ def stage_systems(parts: Parts, charts: ChartAlgorithms) -> StageSystems:
         factor(factors, size, kept.pivots[at : at + size], kept.divisors[at : at + size])
 
     @algorithm
-    def solve_stage(kept: Kept, m: Real, stage: Int, r: InOut[Vector[state]], x: InOut[Vector[size]]) -> None:
+    def solve_stage(kept: Kept, m: Real, stage: Int, r: InOut[Vector[chart]], x: InOut[Vector[size]]) -> None:
         """Replace r by the solution of a stage's system, of its factors."""
         at = size * stage
         for i in range(size):
@@ -161,14 +161,16 @@ def stage_systems(parts: Parts, charts: ChartAlgorithms) -> StageSystems:
     ) -> Int:  # fmt: skip
         """The systems of all stages where they are now; a status. What x and end hold is lost."""
         n = p.stages
+        slopes = stages[3 * n + 2]
+        column = stages[3 * n + 3]
         status = OK
         for i in range(n):
-            for j in range(state):
+            for j in range(chart):
                 end[j] = start[j] + stages[n + i, j]
             if status == OK:
                 status = find_jacobian(
-                    numbers, bodies, springs, user_loads, constraints, w, p, stop, t + scheme[i] * h, end, i, kept, x,
-                    stages[3 * n + 2], stages[3 * n + 3],
+                    numbers, bodies, springs, user_loads, constraints, w, p, stop, t + scheme[i] * h, end[0:chart], i,
+                    kept, x[0:chart], slopes[0:chart], column[0:chart],
                 )  # fmt: skip
         it = kept.iteration
         it.has_jacobian = 2.0
