@@ -21,7 +21,8 @@ from bladesmith import pga3d as pga
 pytestmark = pytest.mark.slow
 #: Batches of each function and family.
 COUNT = max(1, int(os.environ.get("BLADESMITH_FUZZ", "1")) // 5)
-ITEMS = 24
+#: Of each batch: large ones make numbers, small ones more batches.
+ITEMS = int(os.environ.get("BLADESMITH_FUZZ_ITEMS", "24"))
 #: What coefficients of bad items are, and what all of an item are multiplied by.
 SPECIAL = (np.nan, np.inf, -np.inf, 0.0, 1e308, -1e308, 5e-324, 1e-200, 1e160, 1e-160)
 FACTORS = (1e300, 1e-300, 1e155, 1e-155, 0.0)
