@@ -214,7 +214,8 @@ def search_algorithm(k: Any, joint_axes: algorithm, room: int) -> algorithm:
         left = solve_damped(rows, n, error, sqrt(DAMPING_FLOOR), step)
         take_step(joints, limits, units, x, step, trial)
         square = compute_error(joints, tool, goal, search.length, trial, axes, positions, p, error)
-        if square < before:
+        stays = is_reached(error, goal, search, n)
+        if stays and square < before:
             for j in range(n):
                 x[j] = trial[j]
         else:

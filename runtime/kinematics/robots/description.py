@@ -162,29 +162,36 @@ def with_leaders(joints: Mapping[str, RobotJoint], error: Any) -> dict[str, Robo
     """
     resolved: dict[str, RobotJoint] = {}
     for joint in joints.values():
-        follows = joint.follows
-        path: dict[str, None] = {joint.name: None}
-        while follows is not None:
-            leader = joints.get(follows.joint)
-            if leader is None:
-                raise error(
-                    joint, f"there is no joint {follows.joint!r} to follow{suggest(follows.joint, joints)}, as in", None
-                )
-            if leader.type not in MOVING:
-                raise error(
-                    joint, f"{leader.name!r} is {leader.type} and has no coordinate to follow, as in",
-                    "Name a joint with one coordinate, or load the file with mimic='free'",
-                )  # fmt: skip
-            if leader.name in path:
-                raise error(joint, "joints follow each other in a circle, as in", "Let one of them move by itself")
-            path[leader.name] = None
-            if leader.follows is None:
+        path: dict[str, RobotJoint] = {}
+        while joint.name not in resolved and joint.name not in path:
+            path[joint.name] = joint
+            if joint.follows is None:
                 break
-            k, c = follows.multiplier, follows.offset
-            above = leader.follows
-            follows = Follower(above.joint, k * above.multiplier, k * above.offset + c)
-        resolved[joint.name] = joint if follows is joint.follows else replace(joint, follows=follows)
-    return resolved
+            joint = _leader(joints, joint, error)
+        if joint.name in path and joint.follows is not None:
+            raise error(joint, "joints follow each other in a circle, as in", "Let one of them move by itself")
+        for each in reversed(path.values()):
+            resolved[each.name] = each
+            if each.follows is not None and (above := resolved[each.follows.joint].follows) is not None:
+                k, c = each.follows.multiplier, each.follows.offset
+                follows = Follower(above.joint, k * above.multiplier, k * above.offset + c)
+                resolved[each.name] = replace(each, follows=follows)
+    return {name: resolved[name] for name in joints}
+
+
+def _leader(joints: Mapping[str, RobotJoint], joint: RobotJoint, error: Any) -> RobotJoint:
+    """The joint that another follows."""
+    assert joint.follows is not None
+    name = joint.follows.joint
+    leader = joints.get(name)
+    if leader is None:
+        raise error(joint, f"there is no joint {name!r} to follow{suggest(name, joints)}, as in", None)
+    if leader.type not in MOVING:
+        raise error(
+            joint, f"{name!r} is {leader.type} and has no coordinate to follow, as in",
+            "Name a joint with one coordinate, or load the file with mimic='free'",
+        )  # fmt: skip
+    return leader
 
 
 def joints_from_root(joints: Iterable[RobotJoint], root: str) -> list[RobotJoint]:

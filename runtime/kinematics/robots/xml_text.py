@@ -6,6 +6,7 @@ Nothing is fetched and nothing is expanded. Formats of robots build on it (`urdf
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Iterable
 from math import isfinite
 from xml.etree import ElementTree
@@ -168,7 +169,10 @@ def bytes_of(path: str | os.PathLike[str], what: str) -> bytes:
     """
     file = as_path(path, f"{what} is loaded from")
     try:
-        if file.stat().st_size > MOST_BYTES:
+        status = file.stat()
+        if not stat.S_ISREG(status.st_mode):  # pipes and devices may have no end
+            raise InputError("this is not a plain file.", where=str(path))
+        if status.st_size > MOST_BYTES:
             raise InputError(f"the file has more than {MOST_BYTES >> 20} MiB.", where=str(path))
         return file.read_bytes()
     except OSError as error:

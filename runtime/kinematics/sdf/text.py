@@ -78,13 +78,13 @@ class SdfText(XmlText):
         InputError
             If there is none, or poses are relative to each other in a circle.
         """
-        path: list[tuple[str, Array]] = []
+        path: dict[str, Array] = {}
         while name not in self._poses:
             element = self.links.get(name, self.joints.get(name, self.frames.get(name)))
             if element is None:
                 known = (*self.links, *self.joints, *self.frames, MODEL)
                 raise self.error(at, f"there is no frame {name!r}{suggest(name, known)}, as in")
-            if any(name == other for other, _ in path):
+            if name in path:
                 raise self.error(element, "poses are relative to each other in a circle, as in")
             pose = self.only(element, "pose")
             own = "" if pose is None else pose.get("relative_to", pose.get("frame", ""))
@@ -93,10 +93,10 @@ class SdfText(XmlText):
                 default = self.word(element, "child")
             elif element.tag == "frame":
                 default = element.get("attached_to", "") or MODEL
-            path.append((name, self.pose(pose)))
+            path[name] = self.pose(pose)
             name, at = own or default, element
         frame = self._poses[name]
-        for each, own_pose in reversed(path):
+        for each, own_pose in reversed(path.items()):
             frame = frame @ own_pose
             self._poses[each] = frame
         return frame

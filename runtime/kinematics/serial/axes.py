@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from ...core.multivector import Algebra
 
 Array = NDArray[Any]
-#: An advance by a radian is a rounding error up to this fraction of the axis's distance from the origin.
+#: An advance by a radian is a rounding error up to this fraction of the axis's distance from the origin; so is what is
+#: between axes that meet.
 ROUNDING = 32 * np.finfo(float).eps
 
 
@@ -146,11 +147,16 @@ def chain_parameters(
         raise InputError(f"the axis of {names[bad[0]]} (joint {bad[0]}) is {what}.")
     direction, position, rotations, advance = (plain(v) if isinstance(v, Multivector) else v for v in result.values)
     count = len(axes)
-    offsets = np.diff(position, axis=0, prepend=position[:1])
+    hand_offset = end - position[-1]
+    rounding = ROUNDING * max(np.abs(position).max(), np.abs(end).max())
+    offsets, hand_offset = (
+        np.where(np.linalg.norm(x, axis=-1, keepdims=True) <= rounding, 0.0, x)
+        for x in (np.diff(position, axis=0, prepend=position[:1]), hand_offset)
+    )
     joints = np.concatenate([offsets, direction, rotations.reshape(count, 1), advance.reshape(count, 1)], -1)
     frame_rotation, frame_position = evaluate(algebra, "motions.motor_parts", frames).values
     links = np.concatenate([plain(frame_position) - position, frame_rotation.as_kind(rotor, check=False).values], -1)
-    hand = np.append(end - position[-1], rotation.as_kind(rotor, check=False).values)
+    hand = np.append(hand_offset, rotation.as_kind(rotor, check=False).values)
     finite_array(joints, "the joints")
     steps = np.linalg.norm(np.vstack([offsets[1:], hand[None, :3]]), axis=-1)
     return ChainParameters(joints, links, hand, position[0]), steps

@@ -129,8 +129,9 @@ def time_optimal(
     parts = np.maximum(np.round(count * legs / knots[-1]), 2).astype(int)  # points of the path are on the grid
     grid = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(knots, knots[1:], parts, strict=False)]
     lengths = np.concatenate([*grid, knots[-1:]])
-    squares = _profile(curve(lengths, 1), curve(lengths, 2), fast, hard, np.diff(lengths))
-    rates = np.sqrt(squares)
+    whole = knots[-1]  # by the length as a unit: short paths and long ones are alike
+    squares = _profile(curve(lengths, 1), whole * curve(lengths, 2), fast / whole, hard / whole, np.diff(lengths) / whole)
+    rates = whole * np.sqrt(squares)
     times = np.concatenate([[0.0], np.cumsum(2 * np.diff(lengths) / (rates[1:] + rates[:-1]))])
     timed = TimedPath(float(times[-1]), times, curve, lengths, rates)
     slower = _excess(timed, fast, hard)

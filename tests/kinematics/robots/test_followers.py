@@ -1,12 +1,14 @@
 """Joints that follow others (`<mimic>`): against the same robot with free joints, moved as the relation says."""
 
+import os
 import pickle
+import time
 
 import numpy as np
 import pytest
 
 import bladesmith as bs
-from bladesmith import dynamics
+from bladesmith import dynamics, kinematics
 from bladesmith.dynamics import screw_coordinates
 from bladesmith.errors import InputError
 from bladesmith.status import Status
@@ -184,3 +186,33 @@ def test_unknown_attributes(load):
     with pytest.raises(InputError, match="quat='1 0 0 0' is not known"):
         load(moved)
     assert load(moved, ignore=["quat"]).joint_names == ("j",)
+
+
+def test_followers_of_followers_take_no_time(tmp_path):
+    """A thousandth of a second each, in a row: composed once, not from the first for each."""
+    count = 2000
+    links = "".join(link(f"l{i}") for i in range(count + 1))
+    joints = "".join(
+        joint(f"j{i}", "continuous", f"l{i}", f"l{i + 1}", f'<mimic joint="j{i - 1}" offset="1"/>' if i else "")
+        for i in range(count)
+    )
+    path = tmp_path / "row.urdf"
+    path.write_text(robot(links + joints))
+    begin = time.perf_counter()
+    loaded = kinematics.load_urdf(path)
+    assert time.perf_counter() - begin < 2.0
+    assert loaded.joint_names == ("j0",)
+    last = loaded.followers[f"j{count - 1}"]
+    assert (last.joint, last.multiplier, last.offset) == ("j0", 1.0, count - 1.0)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes")
+def test_pipes_are_no_robots(tmp_path):
+    pipe = tmp_path / "robot.xml"
+    os.mkfifo(pipe)
+    whole = tmp_path / "whole.xml"
+    whole.write_text(f'<mujoco><include file="{pipe.name}"/></mujoco>')
+    loaders = [(kinematics.load_urdf, pipe), (kinematics.load_mjcf, whole), (kinematics.load_sdf, pipe)]
+    for load, path in loaders:
+        with pytest.raises(InputError, match="plain file"):
+            load(path)

@@ -335,3 +335,31 @@ def test_the_nearest_pose_is_the_least_of_many_minimizations():
         assert found.status[i] != bs.Status.OK
         assert found.angle[i] ** 2 + (found.distance[i] / arm.length) ** 2 == pytest.approx(least, rel=1e-5)
         assert cost(found.q[i], goal) == pytest.approx(least, rel=1e-5)
+
+
+# -- axes that meet --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
+def test_axes_that_meet_in_a_point_have_no_distance(algebra):
+    """Rounding of where they are is no unit of length, and poses are not out of its reach."""
+    motor = algebra.translator((0.1, -0.2, 0.3)) * algebra.rotor((1, 2, 3), 0.7)
+    axes = [motor >> revolute_axis((0, 0, 0), axis, algebra) for axis in ((0, 0, 1), (0.1, 1, 0), (1, 0.2, 0.1))]
+    chain = Chain(axes, tool=motor)
+    assert chain.length == 1
+    found = chain.inverse(chain.forward(np.random.default_rng(0).uniform(-1, 1, (1000, 3))))
+    assert (found.status == 0).all() and found.angle.max() < 1e-14
+
+
+def test_what_is_ok_is_within_the_tolerance_at_limits():
+    """The last step goes down to rounding, and does not leave what was reached."""
+    motor = bs.cga3d.translator((0.1, -0.2, 0.3)) * bs.cga3d.rotor((1, 2, 3), 0.7)
+    axes = [motor >> axis for axis in (prismatic_axis((1, 2, 3)), revolute_axis((0, 0, 0), (1, 2, 3)))]
+    rng = np.random.default_rng(1)
+    q = np.column_stack([rng.uniform(-1, 2, 1000), np.where(rng.random(1000) < 0.5, -1.0, 2.0)])
+    for length in (None, 1e-15):
+        chain = Chain(axes, tool=motor, limits=[(-1, 2), (-1, 2)], length=length)
+        found = chain.inverse(chain.forward(q))
+        good = found.status == 0
+        assert found.angle[good].max(initial=0) < 1e-9
+        assert good.all() or length is not None

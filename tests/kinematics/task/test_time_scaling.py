@@ -81,3 +81,9 @@ def test_bad_input():
         kinematics.time_optimal([[0.0, 0.0], [1e300, 1.0]], 1.0, 1.0)
     with pytest.raises(InputError, match="times are not finite"):
         kinematics.time_optimal(line, 1, 1)(np.nan)
+
+
+@pytest.mark.parametrize("way", [1e-30, 1e-10, 1e-9])
+def test_short_paths_are_as_long_ones(way):
+    path = kinematics.time_optimal([[0.0], [way]], 1.0, 2.0)
+    assert path.duration == pytest.approx(2 * np.sqrt(way / 2), rel=1e-9)
