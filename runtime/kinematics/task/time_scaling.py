@@ -130,7 +130,8 @@ def time_optimal(
     grid = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(knots, knots[1:], parts, strict=False)]
     lengths = np.concatenate([*grid, knots[-1:]])
     whole = knots[-1]  # by the length as a unit: short paths and long ones are alike
-    squares = _profile(curve(lengths, 1), whole * curve(lengths, 2), fast / whole, hard / whole, np.diff(lengths) / whole)
+    steps = np.diff(lengths) / whole
+    squares = _profile(curve(lengths, 1), whole * curve(lengths, 2), fast / whole, hard / whole, steps)
     rates = whole * np.sqrt(squares)
     times = np.concatenate([[0.0], np.cumsum(2 * np.diff(lengths) / (rates[1:] + rates[:-1]))])
     timed = TimedPath(float(times[-1]), times, curve, lengths, rates)

@@ -307,7 +307,10 @@ def _checked(result: Multivector, name: str, refuses: bool) -> Multivector:
 
 def _distance(frame: local_origin.Frame | None) -> tuple[ArrayOperand, ...]:
     """Distance of a frame's origin from the world's."""
-    return () if frame is None else (ArrayOperand(np.linalg.norm(frame.origin, axis=-1), 0, "distance"),)
+    if frame is None:
+        return ()
+    with np.errstate(over="ignore"):  # farther than numbers are: infinite
+        return (ArrayOperand(np.linalg.norm(frame.origin, axis=-1), 0, "distance"),)
 
 
 def _part(x: Multivector, i: int) -> Multivector:

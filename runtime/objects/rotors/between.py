@@ -310,7 +310,7 @@ def _position(position: Multivector) -> NDArray[Any]:
 
 def _coefficient_magnitude(a: Multivector, b: Multivector) -> NDArray[Any]:
     """Magnitude of a pair: the product of the sums of the absolute values of their coefficients."""
-    with np.errstate(over="ignore"):  # infinity is as good: larger than any bound
+    with np.errstate(over="ignore", invalid="ignore"):  # infinity is as good: larger than any bound; NaN is no better
         return np.asarray(np.abs(a._data).sum(-1) * np.abs(b._data).sum(-1))
 
 
