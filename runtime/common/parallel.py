@@ -146,10 +146,10 @@ def split(part: Part, n: int, threads: int | None = None) -> None:
     """`run` for loops over cheap items, such as batches of products: few chunks, each worth a thread."""
     if threads is not None:
         threads = thread_count(threads)
-    if n < 2 * GRAIN or (threads := threads or thread_count()) == 1:
-        _call(part, 0, n)
+    if n >= 2 * GRAIN and (count := threads or thread_count()) > 1:
+        run(part, n, count, chunk=max(GRAIN, -(-n // count)))
     else:
-        run(part, n, threads, chunk=max(GRAIN, -(-n // threads)))
+        _call(part, 0, n)
 
 
 def _run_serial(part: Part, ranges: Iterator[tuple[int, int]], progress: Callable[[int], None] | None) -> None:

@@ -22,7 +22,7 @@ ENDINGS = {
     "ok": Status.OK, "not finite": Status.INVALID, "step underflow": Status.NOT_CONVERGED,
     "rank changed": Status.SINGULAR, "function failed": Status.INVALID, "stopped": Status.NOT_CONVERGED,
     "event": Status.OK, "not solved": Status.NOT_CONVERGED, "constraints violated": Status.NOT_CONVERGED,
-    "paused": Status.NOT_CONVERGED, "stalled": Status.NOT_CONVERGED,
+    "paused": Status.NOT_CONVERGED, "stalled": Status.NOT_CONVERGED, "spring ends meet": Status.NOT_CONVERGED,
 }  # fmt: skip
 
 

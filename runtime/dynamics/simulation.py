@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -226,26 +227,11 @@ class Simulation:
             found = self._finish(run_of_tree, settings, progress, executor)
             _tell_ending(run_of_tree, found, strict)
             return found
-        slices, driver, motors, twists = self._prepare(settings, project, names)
-        if watched:
-            check_single(driver.size, driver.bodies)
-        check_room(driver, len(stores), threads)
-        driver.assembly.callbacks.error = None  # of a run before, that nobody asked about
-        if executor is not None:
-            run = engine.Run.blank(driver, stores)
-        else:
-            run = engine.Run(driver, stores, motors, twists, threads, project)
-            check_start(run, project)
-        with (
-            open_progress(progress, "simulate", "s", settings[0]) as report,
-            keep_partial(lambda: Trajectory(run, self.loads, INTERRUPTED, slices, self.system)),
-        ):
-            if executor is not None:
-                task = SimulationTask(self._problem, stores, settings, project, names)
-                run_on_executor(run, task, executor, report)
-                message = message_of(run)
-            else:
-                message = finish(run, report)
+        task = SimulationTask(self._problem, stores, settings, project, names)
+        run, slices, message = self._run_poses(task, threads, progress, executor, bool(watched))
+        if self._problem.integrator == "auto" and (run.status == engine.MEETING).any():  # no series: from the begin
+            task = replace(task, problem=replace(self._problem, integrator="adaptive"))
+            run, slices, message = self._run_poses(task, threads, progress, executor, bool(watched))
         trajectory = Trajectory(run, self.loads, message, slices, self.system)
         try:
             event = stop_at_first_event(run, watched)
@@ -292,13 +278,40 @@ class Simulation:
                 message = finish(run, report)
         return Trajectory(run, self.loads, message, system=self.system)
 
-    def _prepare(self, settings: Settings, project: bool, sensitivities: tuple[str, ...]) -> Prepared:
+    def _run_poses(
+        self, task: SimulationTask, threads: int | None, progress: ProgressOption, executor: Executor | None,
+        single: bool,
+    ) -> tuple[engine.Run, dict[str, slice], str]:  # fmt: skip
+        """A run of poses to its end; places of sensitivities, and the reason of an early ending."""
+        slices, driver, motors, twists = self._prepare(task)
+        if single:
+            check_single(driver.size, driver.bodies)
+        check_room(driver, len(task.times), threads)
+        driver.assembly.callbacks.error = None  # of a run before, that nobody asked about
+        if executor is not None:
+            run = engine.Run.blank(driver, task.times)
+        else:
+            run = engine.Run(driver, task.times, motors, twists, threads, task.project)
+            check_start(run, task.project)
+        with (
+            open_progress(progress, "simulate", "s", task.settings[0]) as report,
+            keep_partial(lambda: Trajectory(run, self.loads, INTERRUPTED, slices, self.system)),
+        ):
+            if executor is not None:
+                run_on_executor(run, task, executor, report)
+                message = message_of(run)
+            else:
+                message = finish(run, report)
+        return run, slices, message
+
+    def _prepare(self, task: SimulationTask) -> Prepared:
         """Input of a run, from the cache if it was run before: a simulation does not change."""
-        key = (*settings, project, sensitivities)
+        problem, settings, project, sensitivities = task.problem, task.settings, task.project, task.sensitivities
+        key = (*settings, project, sensitivities, problem.integrator)
         prepared = self._cache.get(key)
         if prepared is None:
-            found = self._problem.assembled(settings, project, sensitivities)
-            driver = self._problem.driver(found.assembly, found.method, directions=found.directions)
+            found = problem.assembled(settings, project, sensitivities)
+            driver = problem.driver(found.assembly, found.method, directions=found.directions)
             prepared = found.slices, driver, found.motors, found.twists
             for old in list(self._cache)[: 1 - CACHE_SIZE]:  # other threads may run it too
                 self._cache.pop(old, None)

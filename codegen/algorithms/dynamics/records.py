@@ -84,6 +84,7 @@ class Code(IntEnum):
     VIOLATED = 8
     PAUSED = 9
     STALLED = 10
+    MEETING = 11
 
 
 class Layout(NamedTuple):

@@ -30,10 +30,12 @@ from ...ir.loops.language import (
 )  # fmt: skip
 from ..series.recurrences import ROWS
 from .acceleration import RateAlgorithms
+from .meeting_springs import meeting_algorithm
 from .records import Body, Code, Constraint, Parts, kept_record, work_records
 from .series import MotionSeries, coefficient_algorithm
 
 OK, NOT_FINITE, UNDERFLOW = int(Code.OK), int(Code.NOT_FINITE), int(Code.UNDERFLOW)
+MEETING = int(Code.MEETING)
 #: Other units of time than the step may be so many times longer or shorter.
 FAR = 1e6
 #: Changes of the units.
@@ -89,6 +91,8 @@ def taylor_algorithms(
     motors_size, is_large = 8 * bodies_count, parts.is_large
     is_constrained = parts.mode == "constrained"
     falls = parts.mode == "free" and "gravity" in parts.loads
+    has_springs = "spring" in parts.loads
+    springs_meet: Any = meeting_algorithm(parts, k) if has_springs else None
     last = 2 if in_flight and parts.mode == "free" else 4  # coefficients to look at: those of one parity may vanish
     motor_groups = tuple((j, 0 if turns else 1) for j, turns in enumerate(rotor_part))
     twist_groups = tuple((j, 2 if j in parts.angular else 3) for j in range(6))
@@ -403,7 +407,12 @@ def taylor_algorithms(
                     flight[j] += h * flight[3 + j]
         else:
             for b in range(bodies_count):
-                kept.motors[8 * b : 8 * b + 8] = k.near_motor(now[8 * b : 8 * b + 8])
+                now[8 * b : 8 * b + 8] = k.near_motor(now[8 * b : 8 * b + 8])
+            if has_springs:
+                met = springs_meet(numbers, springs, p, kept.motors, now[0:motors_size])
+                if met:
+                    return MEETING
+            kept.motors[:] = now[0:motors_size]
             kept.twists[:] = now[motors_size:state]
         if has_tangents:
             sum_tangents(kept, p.method_order, h / unit, kept.tangents)
@@ -411,6 +420,9 @@ def taylor_algorithms(
         total = 0.0
         for j in range(state):
             total += now[j] - now[j]
+        if in_flight:
+            for j in range(6):
+                total += kept.flight[j] - kept.flight[j]
         return OK if total == 0.0 else NOT_FINITE
 
     @algorithm

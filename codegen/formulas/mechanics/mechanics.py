@@ -224,7 +224,7 @@ def spring(
     """
     stiffness, rest, damping = law
     turns = [euclidean_part(r), euclidean_part(s)]
-    gap = moved_point(s, other_point) - moved_point(r, point)
+    gap = spring_gap(r, point, s, other_point)
     rate = (turns[1] >> velocity_at(psi, other_point)).grade(1) - (turns[0] >> velocity_at(omega, point)).grade(1)
     square = dot(gap, gap)
     long = square > 0
@@ -234,6 +234,11 @@ def spring(
     return row(covector(wrench_at(on_own, point)), "wrench"), row(
         covector(wrench_at(on_other, other_point)), "other_wrench"
     )
+
+
+def spring_gap(r: Multivector, point: Multivector, s: Multivector, other_point: Multivector) -> Multivector:
+    """From a spring's point to its other one."""
+    return moved_point(s, other_point) - moved_point(r, point)
 
 
 def relative_twist(r: Multivector, omega: Multivector, s: Multivector, psi: Multivector) -> Multivector:

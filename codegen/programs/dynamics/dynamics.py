@@ -265,6 +265,8 @@ def _kernel_specs(needs: DynamicsConfig) -> list[KernelSpec]:
             add(BODY_LOADS[name].formula, BODY_LOADS[name].kinds)
     if "spring" in needs.loads:
         add(mechanics.spring, "motor, twist, position, motor, twist, position, numbers3")
+        if needs.method == "taylor":
+            add(mechanics.spring_gap, "motor, position, motor, position")
     if "coupling" in needs.loads:
         add(mechanics.relative_twist, "motor, twist, motor, twist")
         add(mechanics.counter_wrench, "motor, motor, numbers6")

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 #: Status of a simulation, as in codegen/algorithms/dynamics/records.py.
 OK, NOT_FINITE, UNDERFLOW, RANK_CHANGED, USER_FAILED, STOPPED, EVENT, NOT_SOLVED, VIOLATED = range(9)
-STALLED = 10
+STALLED, MEETING = 10, 11
 #: Steps of a simulation between two checks of interrupts and progress.
 STEPS = 16384
 #: The same if it calls users' functions.

@@ -22,6 +22,8 @@ from . import driver
 Array = NDArray[Any]
 #: Relative accuracy of the time of an event, of the interval between stored states.
 TIME_RTOL = 1e-14
+#: Roundings of the time below which there is no step from one to another.
+LEAST_STEP = 32.0
 #: Iterations of the root finder.
 MAX_ITERATIONS = 100
 #: Weights of central differences of order 8, which give the derivatives of an event's function, and their step: of a
@@ -96,9 +98,12 @@ def stop_at_first_event(run: driver.Run, events: Sequence[Event]) -> Event | Non
     InputError
         If the function of an event fails, and when. The run stays as it is.
     """
+    callbacks = run.driver.assembly.callbacks
+    error, callbacks.error = callbacks.error, None  # of the run behind an event, if there is one
     count = int(run.stored[0])
     crossings = [crossing for event in events if (crossing := _crossing(run, event, count)) is not None]
     if not crossings:
+        callbacks.error = error
         return None
     time, index, event = min(crossings, key=lambda crossing: crossing[0])
     ending = _run_to(run, index - 1, time)
@@ -166,6 +171,8 @@ def _root(run: driver.Run, event: Event, i: int, before: float, after: float) ->
 def _run_to(run: driver.Run, index: int, time: float) -> driver.Run:
     """New run from a stored state to a time; it stores two states."""
     begin = float(run.times[index])
+    if not time - begin > LEAST_STEP * np.finfo(float).eps * max(abs(begin), abs(time)):
+        return _stored_twice(run, index, time)
     part = driver.Run(
         run.driver, np.array([begin, time]), run.motors[0, index], run.twists[0, index],
         tangents=run.tangents[0, index] if run.driver.tangents else None,
@@ -175,6 +182,17 @@ def _run_to(run: driver.Run, index: int, time: float) -> driver.Run:
     if part.stored[0] < 2:
         raise InputError(f"the states between those stored at {begin:.6g} and after cannot be computed.")
     return part
+
+
+def _stored_twice(run: driver.Run, index: int, time: float) -> driver.Run:
+    """A stored state at a time so near to its own that there is no step between."""
+    same = driver.Run.blank(run.driver, np.array([run.times[index], time]))
+    for copied, stored in (
+        (same.motors, run.motors), (same.twists, run.twists), (same.reactions, run.reactions),
+        (same.violations, run.violations), (same.tangents, run.tangents),
+    ):  # fmt: skip
+        copied[0] = stored[0, index]
+    return same
 
 
 def _add_event_tangents(run: driver.Run, ending: driver.Run, event: Event, index: int) -> None:

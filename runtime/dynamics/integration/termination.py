@@ -38,6 +38,10 @@ _REASONS = {
         "Give atol, the error in radians that is allowed, or a larger rtol; integrator='implicit' where springs or "
         "dampers are stiff; or integrator='rk4' with a step. Functions with jumps cause this too",
     ),
+    driver.MEETING: (
+        "the ends of a spring meet, where its direction jumps and the motion has no series",
+        "Use integrator='adaptive'",
+    ),
     driver.VIOLATED: (
         "",
         "Check that the prescribed paths are compatible; if they are, take a smaller step",

@@ -113,7 +113,11 @@ class Stepper:
         if type(state) is not JointState:
             as_instance(state, "state", JointState)
         q, qd = state.q, state.qd
-        if not (type(torques) is type(q) is type(qd) is np.ndarray and torques.shape == shape == q.shape == qd.shape):
+        if not (
+            type(torques) is type(q) is type(qd) is np.ndarray
+            and torques.shape == shape == q.shape == qd.shape
+            and torques.dtype == q.dtype == qd.dtype == np.float64
+        ):
             torques, q, qd = (real_array(x, name, shape) for x, name in ((torques, "torques"), (q, "q"), (qd, "qd")))
         if order is None:
             np.subtract(q, self._zero, own[:n])

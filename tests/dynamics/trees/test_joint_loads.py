@@ -225,6 +225,10 @@ def test_what_steppers_refuse() -> None:
     assert stepper.start.q.tolist() == [START]
     with pytest.raises(ShapeError, match="torques"):
         stepper(stepper.start, np.zeros(2))
+    for torques in (np.array([1j]), np.array(["a"])):
+        with pytest.raises(InputError, match="torques holds .*real numbers"):
+            stepper(stepper.start, torques)
+    assert stepper(stepper.start, np.array([2])).q == stepper(stepper.start, np.array([2.0])).q
     with pytest.raises(SimulationError, match="no longer finite, at time 0.001"):
         stepper(stepper.start, np.array([np.nan]))
     assert np.isfinite(stepper(stepper.start, np.zeros(1)).q).all()
