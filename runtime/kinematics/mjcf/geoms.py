@@ -16,9 +16,9 @@ Array = NDArray[Any]
 #: Types of geoms and the numbers of their size, at least.
 SIZES = {"sphere": 1, "capsule": 2, "ellipsoid": 3, "cylinder": 2, "box": 3}
 #: Geoms without mass.
-MASSLESS = ("plane", "hfield")
+MASSLESS = ("plane",)
 #: Geoms whose inertia is that of a file.
-UNKNOWN = ("mesh", "sdf")
+UNKNOWN = ("mesh", "sdf", "hfield")
 DENSITY = "1000"
 
 
@@ -38,6 +38,24 @@ def inertial_of(text: MjcfText, element: Element, frame: Array) -> LinkInertia:
     return LinkInertia(mass, tensor, frame @ text.frame(element, values))
 
 
+def placed(text: MjcfText, element: Element, values: dict[str, str]) -> tuple[Array, float]:
+    """Frame of a geom or a site, and its length if its ends are given: z goes from the second to the first."""
+    if "fromto" not in values:
+        return text.frame(element, values), 0.0
+    ends = text.vector(element, values, "fromto", "", 6).reshape(2, 3)
+    length = float(np.linalg.norm(ends[0] - ends[1]))
+    if values.get("type", "sphere") == "sphere" or not length > 0:
+        raise text.error(element, f"fromto={values['fromto']!r} has no length, or is of a sphere, in")
+    return homogeneous(rotation_to(ends[0] - ends[1]), ends.mean(0)), length
+
+
+def has_mass(text: MjcfText, element: Element, values: dict[str, str]) -> bool:
+    """Whether the mass or the density of a geom is not zero."""
+    if "mass" in values:
+        return bool(text.vector(element, values, "mass", "", 1)[0])
+    return bool(text.vector(element, values, "density", DENSITY, 1)[0])
+
+
 def geom_inertia(text: MjcfText, element: Element, values: dict[str, str], frame: Array) -> LinkInertia | None:
     """The inertia of a primitive geom, in the frame of its body; None if it has none.
 
@@ -49,16 +67,9 @@ def geom_inertia(text: MjcfText, element: Element, values: dict[str, str], frame
     if kind in MASSLESS or kind in UNKNOWN:
         return None
     size = text.vector(element, values, "size", "", None)
-    if "fromto" in values:
-        ends = text.vector(element, values, "fromto", "", 6).reshape(2, 3)
-        along = ends[0] - ends[1]
-        length = float(np.linalg.norm(along))
-        if kind == "sphere" or not length > 0:
-            raise text.error(element, f"fromto={values['fromto']!r} has no length, or is of a sphere, in")
-        at = homogeneous(rotation_to(along), ends.mean(0))
+    at, length = placed(text, element, values)
+    if length:
         size = np.array([size[0], length / 2] if kind in ("capsule", "cylinder") else [size[0], size[0], length / 2])
-    else:
-        at = text.frame(element, values)
     if len(size) < SIZES[kind] or not (size[: SIZES[kind]] > 0).all():
         raise text.error(
             element, f"size={values.get('size', '')!r}, where {SIZES[kind]} positive numbers are needed, in"

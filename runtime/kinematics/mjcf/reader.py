@@ -16,11 +16,12 @@ from ...common.files import as_path
 from ...common.validation import as_choice
 from ...mechanics.screws import geometry
 from ..robots.description import Description, LinkInertia, RobotJoint, displacement, with_leaders
+from ..robots.frames import unit
 from ..robots.lumps import compose_inertias
 from ..robots.robot import Robot
-from ..robots.xml_text import Element
+from ..robots.xml_text import Element, as_tags
 from .equalities import WORLD, Equalities
-from .geoms import UNKNOWN, geom_inertia, inertial_of
+from .geoms import UNKNOWN, geom_inertia, has_mass, inertial_of, placed
 from .text import MjcfText
 
 if TYPE_CHECKING:
@@ -69,11 +70,9 @@ def load_mjcf(
         elsewhere, twice, or by themselves; unknown tags, classes, bodies and joints, duplicate names, axes of length
         zero, numbers that are not finite, relations of joints that are not linear.
     """
-    if isinstance(ignore, str):
-        raise InputError(f"ignore is {ignore!r}; a list of tags is needed.")
+    tags = as_tags(ignore)
     home, choice = geometry(algebra), as_choice(mimic, "mimic", MIMIC)
-    as_path(path, "an MJCF is loaded from")
-    reader = _Reader(MjcfText(os.fspath(path) if isinstance(path, os.PathLike) else str(path), ignore), choice)
+    reader = _Reader(MjcfText(str(as_path(path, "an MJCF is loaded from")), tags), choice)
     return Robot(reader.description(), home, impossible)
 
 
@@ -88,6 +87,8 @@ class _Reader:
         self._inertias: dict[str, LinkInertia] = {}
         self._sites: dict[str, tuple[str, Array]] = {}
         self._unknown: list[str] = []
+        self._armatures: list[str] = []
+        self._given = {name for each in text.document.iter() if (name := each.get("name"))}
         self._references: dict[str, float] = {}
 
     def description(self) -> Description:
@@ -111,6 +112,11 @@ class _Reader:
                 "<inertial>.",
                 stacklevel=3,
             )
+        if self._armatures:
+            shown = ", ".join(self._armatures[:5]) + (" ..." if len(self._armatures) > 5 else "")
+            warnings.warn(
+                f"{text.path}: the inertia of rotors (armature) is not read: {shown} are without it.", stacklevel=3
+            )
         self._scale_masses()
         own = self._links, self._joints, self._sites, self._references
         loops = Equalities(text, self._mimic, *own).read()
@@ -133,7 +139,7 @@ class _Reader:
             elif child.tag == "geom":
                 geoms.append((child, text.attributes(child, own), frame))
             elif child.tag == "site":
-                self._sites[child.get("name", "")] = name, frame @ text.frame(child, text.attributes(child, own))
+                self._sites[child.get("name", "")] = name, frame @ placed(text, child, text.attributes(child, own))[0]
             elif child.tag not in (*OF_BODY, *BESIDE_BODY) and child.tag not in text.ignored:
                 raise text.unknown(child, OF_BODY)
         if name != WORLD:
@@ -156,12 +162,17 @@ class _Reader:
                 if not low <= float(text.vector(element, values, "group", "0", 1)[0]) <= high:
                     continue
                 if values.get("type", "sphere") in UNKNOWN or "mesh" in values or values.get("shellinertia") == "true":
+                    if not has_mass(text, element, values):
+                        continue
                     self._unknown.append(repr(name))
                     return
                 part = geom_inertia(text, element, values, frame)
                 if part is not None:
                     parts.append(part)
             inertial = compose_inertias([part for part in parts if part.mass]) if parts else inertial
+        bounds = [float(text.settings.get(bound, "0")) for bound in ("boundmass", "boundinertia")]
+        if inertial is None and max(bounds) > 0:
+            inertial = LinkInertia(0.0, np.zeros((3, 3)), np.eye(4))
         if inertial is not None:
             if not np.isfinite(inertial.tensor).all():
                 raise text.error(body, "the inertia overflows: masses or sizes are too large in")
@@ -192,7 +203,7 @@ class _Reader:
     def _read_joints(self, body: Element, parent: str, frame: Array, default: str, childclass: str | None) -> str:
         """Read the joints between a body and its parent; the body's name."""
         text = self._text
-        name = self._new_name(body, body.get("name", default), self._links, "body")
+        name = self._new_name(body, body.get("name") or self._unused(default), self._links, "body")
         childclass = body.get("childclass", childclass)
         origin = frame @ text.frame(body, dict(body.attrib))
         joints = [
@@ -201,16 +212,17 @@ class _Reader:
             if child.tag in ("joint", "freejoint")
         ]
         if not joints:
-            self._add(body, RobotJoint(f"{name}_weld", "fixed", parent, name, origin, np.array([1.0, 0, 0]), _FREE))
+            weld, axis = self._unused(f"{name}_weld"), np.array([1.0, 0, 0])
+            self._add(body, RobotJoint(weld, "fixed", parent, name, origin, axis, _FREE))
         above = parent
         for i, (element, inner, own) in enumerate(joints):
             label = f"{name}_joint" + (f"_{i + 1}" if len(joints) > 1 else "")
-            joint = self._read_joint(element, inner, own, element.get("name", label))
+            joint = self._read_joint(element, inner, own, element.get("name") or self._unused(label))
             if joint.type == "floating" and (parent != WORLD or len(joints) > 1):
                 raise text.error(element, "a free joint is alone in its body, and that is in the world; one is")
             link = name
             if i < len(joints) - 1:
-                link = self._new_name(element, f"{name}/{joint.name}", self._links, "link")
+                link = self._new_name(element, self._unused(f"{name}/{joint.name}"), self._links, "link")
                 self._links[link] = None
             base = origin if i == 0 else np.eye(4)
             self._add(element, replace(joint, parent=above, child=link, origin=base @ joint.origin))
@@ -222,30 +234,31 @@ class _Reader:
         """A joint, its origin that of its coordinate zero in the frame of its reference pose."""
         text = self._text
         is_free = element.tag == "freejoint"
-        align = text.flag(element, dict(element.attrib), "align", "auto") if is_free else "false"
+        values = {"type": "free"} if is_free else text.attributes(element, childclass)
+        kind = TYPES[text.choice(element, "type", values.get("type", "hinge"), TYPES)]
+        align = text.flag(element, dict(element.attrib), "align", "auto") if kind == "floating" else "false"
         if align == "true" or (align == "auto" and text.settings.get("alignfree") == "true"):
             raise text.error(
                 element, "the body's frame is moved to its inertia's by align or alignfree, as for", "Set align='false'"
             )
-        values = {"type": "free"} if is_free else text.attributes(element, childclass)
-        kind = TYPES[text.choice(element, "type", values.get("type", "hinge"), TYPES)]
-        axis = frame[:3, :3] @ text.vector(element, values, "axis", "0 0 1", 3)
+        if kind != "floating" and text.vector(element, values, "armature", "0", 1)[0] != 0:
+            self._armatures.append(repr(name))
+        axis = frame[:3, :3] @ unit(text.vector(element, values, "axis", "0 0 1", 3))
         position = frame[:3, :3] @ text.vector(element, values, "pos", "0 0 0", 3) + frame[:3, 3]
-        size = float(np.linalg.norm(axis))
-        if kind in ("revolute", "prismatic") and not size > 1e-14:
+        if kind in ("revolute", "prismatic") and not axis.any():
             raise text.error(element, "the axis has no length in")
-        unit = text.angle if kind == "revolute" else 1.0
+        angle = text.angle if kind == "revolute" else 1.0
         limits = _FREE
         if kind in ("revolute", "prismatic") and self._is_limited(element, values):
-            limits = unit * text.vector(element, values, "range", "0 0", 2)
+            limits = angle * text.vector(element, values, "range", "0 0", 2)
             if not limits[0] < limits[1]:
                 raise text.error(element, f"range={values.get('range', '')!r}: least, then greatest, in")
         joint = RobotJoint(
-            name, kind, "", "", np.eye(4), axis / size if size else axis, limits,
+            name, kind, "", "", np.eye(4), axis, limits,
             np.zeros(3) if kind == "floating" else position,
         )  # fmt: skip
         if kind in ("revolute", "prismatic"):
-            reference = float(unit * text.vector(element, values, "ref", "0", 1)[0])
+            reference = float(angle * text.vector(element, values, "ref", "0", 1)[0])
             self._references[name] = reference
             if reference:
                 joint = replace(joint, origin=displacement(joint, -reference))
@@ -258,15 +271,15 @@ class _Reader:
         return limited == "true"
 
     def _add(self, element: Element, joint: RobotJoint) -> None:
-        name = joint.name
-        if joint.type == "fixed":  # these have no names in the file
-            while name in self._joints:
-                name += "_"
-        elif name in self._joints and self._joints[name].type == "fixed":
-            raise self._text.error(element, f"the name {name!r} is taken already:")
-        self._new_name(element, name, self._joints, "joint")
-        self._joints[name] = replace(joint, name=name)
-        self._elements[name] = element
+        self._new_name(element, joint.name, self._joints, "joint")
+        self._joints[joint.name] = joint
+        self._elements[joint.name] = element
+
+    def _unused(self, name: str) -> str:
+        """A name for what has none in the file, that nothing else has."""
+        while name in self._given or name in self._joints or name in self._links:
+            name += "_"
+        return name
 
     def _new_name(self, element: Element, name: str, taken: Iterable[str], what: str) -> str:
         if not name.strip():

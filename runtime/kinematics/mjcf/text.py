@@ -153,12 +153,12 @@ class MjcfText(XmlText):
             if child.tag == "default":
                 self._read_defaults(child, "", own, False)
 
-    def attributes(self, element: Element, childclass: str | None) -> dict[str, str]:
-        """Attributes of an element, with those of its class."""
+    def attributes(self, element: Element, childclass: str | None, tag: str | None = None) -> dict[str, str]:
+        """Attributes of an element, with those of its class for a tag: that of the element, or another."""
         name = element.get("class", childclass or "main")
         if name not in self._defaults:
             raise self.error(element, f"there is no default class {name!r}{suggest(name, self._defaults)}, as in")
-        own, found = dict(element.attrib), dict(self._defaults[name].get(element.tag, {}))
+        own, found = dict(element.attrib), dict(self._defaults[name].get(tag or element.tag, {}))
         if any(k in own for k in ORIENTATIONS):  # one orientation takes the place of another
             found = {k: v for k, v in found.items() if k not in ORIENTATIONS}
         return found | own

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...codegen.errors import InputError
 from ...common.files import output_path, write_file
 from ...common.validation import as_instance
-from ..robots.description import MOVING, LoopJoint, RobotJoint
+from ..robots.description import MOVING, LinkInertia, LoopJoint, RobotJoint
 from ..robots.frames import quaternion_of_rotation
 from ..robots.inertias import possible_inertia, refuse_impossible, warn_of_changes
 
@@ -65,7 +65,7 @@ def mjcf_text(robot: Robot) -> str:
     equality = Element("equality")
     if robot.root != WORLD and WORLD in robot.links:
         raise InputError("a link is called 'world' and is not the root.", where=robot.path)
-    light, changes = [], list[str]()
+    light, refused, changes = list[str](), list[str](), list[str]()
     crossings = _crossings(robot)
     before: dict[str, tuple[str, Array, list[tuple[Array, RobotJoint]]]] = {}
     for joint in robot.joints_in_order:
@@ -85,9 +85,14 @@ def mjcf_text(robot: Robot) -> str:
                 inertia = possible_inertia(inertia, lump.words, robot.size, "nearest", changes)
             elif robot.impossible != "keep":
                 refuse_impossible(inertia, lump.words, robot.size, robot.path)
+                inertia = possible_inertia(inertia, lump.words, robot.size, "given", changes)
+            elif _is_refused(inertia):
+                refused.append(name)
             moments, axes = np.linalg.eigh((inertia.tensor + inertia.tensor.T) / 2)
             axes = axes * np.array([1.0, 1.0, np.sign(np.linalg.det(axes))])
             rotation = inertia.origin[:3, :3] @ axes
+            if robot.impossible != "keep":  # by rounding
+                moments[2] = min(moments[2], (moments[0] + moments[1]) * (1 - 1e-12))
             element = Element("inertial", {
                 "pos": _text(inertia.center), "quat": _text(quaternion_of_rotation(rotation)),
                 "mass": _text([inertia.mass]), "diaginertia": _text(np.maximum(moments, 0.0)),
@@ -100,6 +105,12 @@ def mjcf_text(robot: Robot) -> str:
             least = {"mass": _text([LEAST_MASS]), "diaginertia": _text(np.full(3, LEAST_MOMENT))}
             bodies[name].insert(0, Element("inertial", {"pos": "0 0 0", **least}))
     warn_of_changes(changes, robot.path, 4)
+    if refused:
+        warnings.warn(
+            f"{robot.path}: MuJoCo refuses inertias that no body can have: {', '.join(refused[:5])}"
+            f"{' ...' if len(refused) > 5 else ''}; load the robot with impossible='nearest'.",
+            stacklevel=3,
+        )
     if light:
         compiler.set("boundmass", _text([LEAST_MASS]))
         compiler.set("boundinertia", _text([LEAST_MOMENT]))
@@ -118,6 +129,12 @@ def mjcf_text(robot: Robot) -> str:
     return ElementTree.tostring(root, "unicode") + "\n"
 
 
+def _is_refused(inertia: LinkInertia) -> bool:
+    """Whether a moment is negative, or larger than the sum of the others."""
+    moments = np.linalg.eigvalsh((inertia.tensor + inertia.tensor.T) / 2)
+    return bool(moments[0] < 0 or moments[2] > moments[0] + moments[1])
+
+
 def _crossings(robot: Robot) -> set[str]:
     """Links without mass between two joints that move: in an MJCF both are in the body behind."""
     ends = {name for loop in robot.loops for name in (loop.a, loop.b)}
@@ -127,6 +144,7 @@ def _crossings(robot: Robot) -> set[str]:
         if (
             name not in ends and len(lump.links) == 1 and lump.joint is not None and len(behind) == 1
             and lump.joint.type in (*MOVING, "ball") and behind[0].type in (*MOVING, "ball")
+            and not (lump.joint.type == "ball" and behind[0].type != "prismatic")  # no rotation follows a ball
             and (lump.inertia is None or lump.inertia.mass == 0)
         ):  # fmt: skip
             found.add(name)

@@ -14,12 +14,28 @@ from xml.parsers import expat
 
 from ...codegen.errors import InputError, suggest
 from ...common.files import as_path
+from ...common.validation import short_repr
 
 Element = ElementTree.Element
 #: Length of a robot's text at most.
 MOST_BYTES = 64 << 20
 #: Depth of its elements at most.
 MOST_DEPTH = 512
+
+
+def as_tags(ignore: Iterable[str]) -> tuple[str, ...]:
+    """Tags that may be left out.
+
+    Raises
+    ------
+    InputError
+        If they are not a list of texts.
+    """
+    if isinstance(ignore, Iterable) and not isinstance(ignore, str):
+        tags = tuple(ignore)
+        if all(isinstance(tag, str) for tag in tags):
+            return tags
+    raise InputError(f"ignore is {short_repr(ignore)}; a list of tags is needed.")
 
 
 class XmlText:

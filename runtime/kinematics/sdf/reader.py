@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.errors import InputError, suggest
+from ...codegen.errors import suggest
 from ...common.files import as_path
 from ...common.validation import as_choice
 from ...mechanics.screws import geometry
@@ -24,8 +24,9 @@ from ..robots.description import (
     on_base,
     with_leaders,
 )
+from ..robots.frames import unit
 from ..robots.robot import Robot
-from ..robots.xml_text import Element
+from ..robots.xml_text import Element, as_tags
 from .text import WORLD, SdfText
 
 if TYPE_CHECKING:
@@ -76,11 +77,9 @@ def load_sdf(
         missing parents or children, links that are not connected, poses that are relative to each other, axes of
         length zero, numbers that are not finite, unknown types of joints and tags.
     """
-    if isinstance(ignore, str):
-        raise InputError(f"ignore is {ignore!r}; a list of tags is needed.")
+    tags = as_tags(ignore)
     home, choice = geometry(algebra), as_choice(mimic, "mimic", MIMIC)
-    as_path(path, "an SDF is loaded from")
-    text = SdfText(os.fspath(path) if isinstance(path, os.PathLike) else str(path), ignore)
+    text = SdfText(str(as_path(path, "an SDF is loaded from")), tags)
     return Robot(on_base(_Reader(text, choice).description(), base), home, impossible)
 
 
@@ -91,6 +90,7 @@ class _Reader:
         self._text, self._mimic = text, mimic
         self._ends: dict[str, tuple[str, str]] = {}
         self._gears: list[Element] = []
+        self._elements: dict[str, Element] = {}
         for name, element in text.joints.items():
             kind = element.get("type")
             if kind not in TYPES:
@@ -129,14 +129,20 @@ class _Reader:
         joints: dict[str, RobotJoint] = {}
         for name, (above, below) in tree.items():
             for joint in self._joints(name, above, below):
+                made = joint.child not in text.links
+                if joint.name in joints or (joint.name != name and joint.name in text.joints):
+                    raise text.error(text.joints[name], f"{joint.name!r} has a name that is made up for an axis of")
+                if made and joint.child in links:
+                    raise text.error(text.joints[name], f"{joint.child!r} has a name that is made up for the cross of")
                 joints[joint.name] = joint
-                if joint.child not in text.links:
+                self._elements[joint.name] = text.joints[name]
+                if made:
                     links.append(joint.child)
         links += text.links
         closing = tuple(self._loop(name) for name in loops)
         if self._mimic != "free":
             self._follow(joints)
-        joints = with_leaders(joints, lambda j, what, more: text.error(text.joints[_base(j.name)], what, more))
+        joints = with_leaders(joints, lambda j, what, more: text.error(self._elements[j.name], what, more))
         return Description(text.model.get("name", "model"), text.path, tuple(links), joints, self._inertias(), closing)
 
     def _split(self) -> tuple[dict[str, tuple[str, str]], list[str]]:
@@ -189,6 +195,8 @@ class _Reader:
             axis, limits, _ = axes[i]
             is_last = parent != above
             child = below if is_last else f"{name}[cross]"
+            if not is_last and child in text.links:
+                raise text.error(element, f"the link {child!r} has the name that is made up for the cross of")
             found.append(RobotJoint(
                 f"{name}[{i}]", "revolute", parent, child, np.eye(4) if is_last else origin,
                 sign * into[:3, :3] @ axis, limits, position,
@@ -203,8 +211,7 @@ class _Reader:
         if element is None:
             raise text.error(joint, f"there is no <{tag}> in")
         axis, at = text.vector(element, "xyz", "0 0 1")
-        size = float(np.linalg.norm(axis))
-        if not size > 1e-14:
+        if not np.abs(axis).max() > 1e-14:
             raise text.error(at, f"the axis of joint {joint.get('name')!r} has no length in")
         old = text.only(element, "use_parent_model_frame")
         within = at.get("expressed_in", "")
@@ -218,7 +225,7 @@ class _Reader:
         low, high = (x if abs(x) < 1e16 else np.sign(x) * np.inf for x in (low, high))  # its default is 1e16
         if not low <= high:
             raise text.error(element, f"the limits are {low:g} and {high:g}: least, then greatest, in")
-        return rotation @ (axis / size), np.array([low, high]), self._pitch(joint)
+        return rotation @ unit(axis), np.array([low, high]), self._pitch(joint)
 
     def _pitch(self, joint: Element) -> float:
         """Advance of a screw joint along its axis for a radian, right-handed."""
@@ -270,7 +277,7 @@ class _Reader:
             self._add_gear(joints, gear)
 
     def _add_follower(self, joints: dict[str, RobotJoint], name: str, follows: Follower) -> None:
-        element = self._text.joints[_base(name)]
+        element = self._elements.get(name, self._text.model)
         if self._mimic == "error":
             raise self._text.error(element, "joints that follow others are refused with mimic='error'; one is")
         if name not in joints or joints[name].type not in MOVING:
@@ -326,8 +333,3 @@ class _Reader:
                 frame = into @ text.pose_of(pose.get("relative_to", ""), pose) @ frame
             found[name] = LinkInertia(text.number(inertial, "mass", 1.0), tensor, frame)
         return found
-
-
-def _base(name: str) -> str:
-    """Name in the file of a joint that is one of two."""
-    return name[:-3] if name.endswith(("[0]", "[1]")) else name

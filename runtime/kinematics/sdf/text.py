@@ -42,7 +42,7 @@ class SdfText(XmlText):
             raise self.error(models[1], "there is a second model:", "Keep one model in the file, without others in it")
         self.model = models[0]
         version = document.get("version", "1.7")
-        self.version = tuple(int(x) if x.isdigit() else 0 for x in version.split("."))
+        self.version = tuple(int(x) if x.isdecimal() else 0 for x in version.split("."))
         self.links, self.joints, self.frames = (self._by_name(tag) for tag in ("link", "joint", "frame"))
         for name in self.joints:
             if name in self.links:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..robots.description import Description, Follower, LinkInertia, RobotJoint, with_leaders
-from ..robots.frames import rotation_of_rpy
+from ..robots.frames import rotation_of_rpy, unit
 from .parser import Text
 
 Array = NDArray[Any]
@@ -35,8 +35,7 @@ def joint_of(element: Element, text: Text) -> RobotJoint:
     if lower is not None and upper is not None and lower > upper:
         raise text.error(element, f"the limits are {lower:g} and {upper:g}: least, then greatest, in")
     axis = _vector(element.find("axis"), "xyz", "1 0 0")
-    size = float(np.linalg.norm(axis))
-    if not size > 0 and kind not in ("fixed", "floating"):
+    if not axis.any() and kind not in ("fixed", "floating"):
         raise text.error(element, "the axis has no length in")
     parent, child = (_part(element, tag).get("link", "") for tag in ("parent", "child"))
     mimic = element.find("mimic")
@@ -45,7 +44,7 @@ def joint_of(element: Element, text: Text) -> RobotJoint:
         numbers = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
         follows = Follower(mimic.get("joint", ""), *numbers)
     return RobotJoint(
-        element.get("name", ""), kind, parent, child, _origin(element), axis / size if size > 0 else axis,
+        element.get("name", ""), kind, parent, child, _origin(element), unit(axis),
         np.array([-np.inf if lower is None else lower, np.inf if upper is None else upper]), follows=follows,
     )  # fmt: skip
 

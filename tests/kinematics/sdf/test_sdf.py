@@ -270,3 +270,24 @@ def test_cassie():
         other = kinematics.load_sdf(folder / "cassie_description" / "robots" / f"{name}.sdf")
         q = np.zeros(len(other.joint_names))
         assert len(other.loops) == 4 and len(other.system(q).joints) >= 26
+
+
+# -- names that are made up ------------------------------------------------------------------------------------
+
+TWO_AXES = "<axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 1 0</xyz></axis2>"
+
+
+@pytest.mark.parametrize(("name", "child"), [("u[0]", "c"), ("w", "u[cross]")])
+def test_names_that_are_made_up_must_be_free(load, name, child):
+    universal = link("a") + link("b") + joint("u", "universal", "a", "b", TWO_AXES)
+    with pytest.raises(InputError, match="made up"):
+        load(universal + link(child) + joint(name, "revolute", "b", child))
+    assert load(universal + link("c") + joint("w", "revolute", "b", "c")).joint_names == ("u[0]", "u[1]", "w")
+
+
+@pytest.mark.parametrize("version", ["1.11", "1.\u00b2"])
+def test_joints_may_be_called_as_axes_are(load, version):
+    """Also in a version that is none."""
+    follower = joint("j[0]", "revolute", "b", "c", '<axis><xyz>0 0 1</xyz><mimic joint="k"/></axis>')
+    links = link("a") + link("b") + link("c")
+    assert load(links + joint("k", "revolute", "a", "b") + follower, version=version).joint_names == ("k",)
