@@ -17,6 +17,8 @@ from .problem import TreeProblem
 Array = NDArray[Any]
 #: Relative error of implicit steps.
 RTOL = 1e-8
+#: Steps of the integrator between two looks for an interrupt.
+MOST_STEPS = 8192
 
 
 class JointState:
@@ -80,11 +82,15 @@ class Stepper:
         self._shape, self._state, self._torques = (n,), memory["state"][0], np.zeros(n)
         self._balls = BallStates(tree, memory["references"][0]) if (tree.balls >= 0).any() else None
         start = self._state.copy()
-        arguments = {**driver.shared(), "h": dt / substeps, "count": substeps}
+        arguments = {**driver.shared(), "h": dt / substeps}
         arguments |= {name: x[0] for name, x in {**own, **memory}.items()}
         arguments |= {"state": self._state, "torques": self._torques}
-        self._bound = driver.loops["intervals" if problem.is_implicit else "steps"].over(1, {}, arguments)
-        self._run, self._status, self._kept = self._bound.run, self._bound.returned[0], arguments
+        loop = driver.loops["intervals" if problem.is_implicit else "steps"]
+        whole, rest = divmod(substeps - 1, MOST_STEPS)
+        counts = [*[MOST_STEPS] * bool(whole), rest + 1]
+        self._bounds = [loop.over(1, {}, {**arguments, "count": count}) for count in counts]
+        self._before, self._kept = range(whole), arguments
+        self._run, self._status = self._bounds[-1].run, self._bounds[-1].returned[0]
         self.start = self._read(start, 0.0)
 
     def state(self, q: ArrayLike, qd: ArrayLike = 0.0, time: float = 0.0) -> JointState:
@@ -128,9 +134,17 @@ class Stepper:
             self._balls.write(own, state._balls)
         if self._constant is not None:
             self._torques += self._constant
-        self._run(0, 1)
-        if self._status[0]:
-            is_lost = self._status[0] == NOT_FINITE
+        status = self._status
+        for _ in self._before:  # interrupts are heard between
+            part = self._bounds[0]
+            part.run(0, 1)
+            if part.returned[0][0]:
+                status = part.returned[0]
+                break
+        else:
+            self._run(0, 1)
+        if status[0]:
+            is_lost = status[0] == NOT_FINITE
             what = "the state is no longer finite" if is_lost else "steps became too small to go on"
             raise SimulationError(
                 f"{what}, at time {state.time + self.dt:.6g}.",

@@ -215,6 +215,19 @@ def test_torques_of_balls_are_along_the_axes_of_their_speeds() -> None:
     assert np.abs(state.q[7:] - ends[0]).max() < 1e-3 * np.abs(ends[1] - ends[0]).max()
 
 
+@pytest.mark.parametrize("integrator", ["auto", "implicit"])
+def test_many_substeps_are_taken_in_parts(integrator: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between which interrupts are heard; the state is the same."""
+    simulation = dynamics.Simulation(pendulum(), [DOWN], integrator=integrator)
+    whole = simulation.stepper(1e-2, substeps=10)
+    monkeypatch.setattr("bladesmith.dynamics.trees.stepper.MOST_STEPS", 3)
+    parts = simulation.stepper(1e-2, substeps=10)
+    found, expected = (stepper(stepper.start, np.ones(1)) for stepper in (parts, whole))
+    assert np.array_equal(found.q, expected.q) and np.array_equal(found.qd, expected.qd)
+    with pytest.raises(SimulationError, match="no longer finite"):
+        parts(parts.start, np.array([np.nan]))
+
+
 def test_what_steppers_refuse() -> None:
     stepper = dynamics.Simulation(pendulum(), [DOWN]).stepper(1e-3)
     for q, reason in ((np.inf, "q is inf"), ([1.0, 2.0], "does not broadcast")):
