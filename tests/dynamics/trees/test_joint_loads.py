@@ -224,7 +224,7 @@ def test_many_substeps_are_taken_in_parts(integrator: str, monkeypatch: pytest.M
     parts = simulation.stepper(1e-2, substeps=10)
     found, expected = (stepper(stepper.start, np.ones(1)) for stepper in (parts, whole))
     assert np.array_equal(found.q, expected.q) and np.array_equal(found.qd, expected.qd)
-    with pytest.raises(SimulationError, match="no longer finite"):
+    with pytest.raises(SimulationError, match="no longer finite|too small"):
         parts(parts.start, np.array([np.nan]))
 
 
