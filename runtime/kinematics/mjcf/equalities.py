@@ -45,12 +45,11 @@ class Equalities:
     ) -> None:  # fmt: skip
         self._text, self._mimic, self._links, self._joints = text, mimic, links, joints
         self._sites, self._references = sites, references
-        self._held: dict[str, float] = {}
+        self._drawn, self._held = tuple(joints.values()), dict[str, float]()
 
     def read(self) -> tuple[LoopJoint, ...]:
         """Joints that close loops; joints that follow others are changed."""
         text, loops = self._text, list[LoopJoint]()
-        couplings: list[tuple[Element, dict[str, str]]] = []
         frames = None
         for section in text.sections["equality"]:
             for element in section:
@@ -61,18 +60,18 @@ class Equalities:
                     continue
                 if element.tag not in EQUALITIES:
                     raise text.unknown(element, EQUALITIES)
-                values = text.attributes(element, None, "equality")
+                values = text.attributes(element, None, "equality")  # all kinds have one default
                 if text.flag(element, values, "active", "true") == "false":
                     continue
                 if element.tag == "joint":
-                    couplings.append((element, values))
+                    self._couple(element, values)
                     continue
                 frames = frames or self._frames_at_start()
                 loop = self._loop(element, values, frames, len(loops) + 1)
                 if loop.a == loop.b:
                     raise text.error(element, f"{loop.a!r} is joined to itself by")
                 loops.append(loop)
-        self._couple_all(couplings)
+        self._hold_followers()
         return tuple(loops)
 
     def _frames_at_start(self) -> dict[str, Array]:
@@ -81,32 +80,28 @@ class Equalities:
             replace(joint, origin=joint.origin @ displacement(joint, self._references[joint.name]))
             if self._references.get(joint.name)
             else joint
-            for joint in self._joints.values()
+            for joint in self._drawn
         ]
         return zero_frames(joints, WORLD)
 
     def _loop(self, element: Element, values: dict[str, str], frames: dict[str, Array], number: int) -> LoopJoint:
         text = self._text
-        name, is_point = values.get("name", f"{element.tag}_{number}"), element.tag == "connect"
-        if not is_point and text.vector(element, values, "torquescale", "1", 1)[0] == 0:  # it holds no rotation
-            is_point = True
-        kind = "ball" if is_point else "fixed"
+        name, kind = values.get("name", f"{element.tag}_{number}"), "ball" if element.tag == "connect" else "fixed"
+        if kind == "fixed" and not text.vector(element, values, "torquescale", "1", 1)[0]:
+            kind = "ball"  # rotations are not held
         z = np.array([0.0, 0.0, 1.0])
         if "site1" in values:
             (a, frame_a), (b, frame_b) = (self._site(element, values.get(k, "")) for k in ("site1", "site2"))
             return LoopJoint(name, kind, a, b, frame_a, frame_b, z)
         a, b = (self._body(element, values.get(k, WORLD if k == "body2" else "")) for k in ("body1", "body2"))
         relative = np.linalg.inv(frames[b]) @ frames[a]
-        anchor = text.vector(element, values, "anchor", "0 0 0", 3)
-        at = homogeneous(np.eye(3), anchor)
+        frame = homogeneous(np.eye(3), text.vector(element, values, "anchor", "0 0 0", 3))
         if element.tag == "connect":
-            return LoopJoint(name, kind, a, b, at, relative @ at, z)
+            return LoopJoint(name, kind, a, b, frame, relative @ frame, z)
         pose = text.vector(element, values, "relpose", "0 0 0 0 0 0 0", 7)
-        if pose[3:].any():  # of the second body relative to the first
-            relative = np.linalg.inv(homogeneous(rotation_of_quaternion(pose[3:]), pose[:3]))
-        if is_point:  # the anchor is in the second body
-            return LoopJoint(name, kind, a, b, np.linalg.inv(relative) @ at, at, z)
-        return LoopJoint(name, kind, a, b, np.eye(4), relative, z)
+        if pose[3:].any():  # of the anchor, which is given in the second body, relative to the first
+            return LoopJoint(name, kind, a, b, homogeneous(rotation_of_quaternion(pose[3:]), pose[:3]), frame, z)
+        return LoopJoint(name, kind, a, b, np.linalg.inv(relative) @ frame, frame, z)
 
     def _site(self, element: Element, name: str) -> tuple[str, Array]:
         if name not in self._sites:
@@ -118,32 +113,16 @@ class Equalities:
             raise self._text.error(element, f"there is no body {name!r}{suggest(name, self._links)}, as in")
         return name
 
-    def _couple_all(self, couplings: list[tuple[Element, dict[str, str]]]) -> None:
-        """Let joints follow others: those first that are held, and those that follow joints that are."""
-        front, rest = couplings, list[tuple[Element, dict[str, str]]]()
-        while front:
-            rest = []
-            for element, values in front:
-                if values.get("joint2") in self._held or "joint2" not in values:
-                    self._couple(element, values)
-                else:
-                    rest.append((element, values))
-            if len(rest) == len(front):
-                break
-            front = rest
-        for element, values in rest:
-            self._couple(element, values)
-
     def _couple(self, element: Element, values: dict[str, str]) -> None:
         """Let a joint follow another: y - y0 = a0 + a1 (x - x0)."""
         text = self._text
         if self._mimic == "error":
             raise text.error(element, "joints that follow others are refused with mimic='error'; one is made by")
         numbers = np.array([0.0, 1.0, 0.0, 0.0, 0.0])
-        if "polycoef" in values:
+        if values.get("polycoef", "").strip():
             given = text.vector(element, values, "polycoef", "", None)
-            if len(given) > len(numbers):
-                raise text.error(element, f"polycoef={values['polycoef']!r} has more than five numbers in")
+            if len(given) > 5:
+                raise text.error(element, f"polycoef={values['polycoef']!r}, where five numbers at most are read, in")
             numbers[: len(given)] = given
         names = [values.get("joint1", ""), *([values["joint2"]] if "joint2" in values else [])]
         for name in names:
@@ -153,19 +132,36 @@ class Equalities:
                 )
         if self._mimic == "free":
             return
-        is_held = len(names) == 1 or names[1] in self._held
-        if not is_held and numbers[2:].any():
+        if len(names) == 2 and numbers[2:].any():
             raise text.error(
                 element, f"polycoef={values['polycoef']!r} is not linear in", "Load the file with mimic='free'"
             )
         joint = self._joints[names[0]]
         if joint.follows is not None or joint.type == "fixed":
-            raise text.error(element, f"{joint.name!r} follows another already, in", "Load the file with mimic='free'")
-        if is_held:
-            by = self._held[names[1]] - self._references[names[1]] if len(names) == 2 else 0.0
-            value = float(self._references[names[0]] + np.polynomial.polynomial.polyval(by, numbers))
-            self._held[names[0]] = value
-            self._joints[joint.name] = replace(joint, type="fixed", origin=joint.origin @ displacement(joint, value))
+            what = "is held" if joint.name in self._held else "follows another"
+            raise text.error(element, f"{joint.name!r} {what} already, in", "Load the file with mimic='free'")
+        offset = self._references[names[0]] + numbers[0]
+        if len(names) == 1:
+            self._hold(joint, float(offset))
             return
-        offset = self._references[names[0]] + numbers[0] - numbers[1] * self._references[names[1]]
+        offset -= numbers[1] * self._references[names[1]]
         self._joints[joint.name] = replace(joint, follows=Follower(names[1], float(numbers[1]), float(offset)))
+
+    def _hold(self, joint: RobotJoint, value: float) -> None:
+        held = joint.origin @ displacement(joint, value)
+        self._joints[joint.name] = replace(joint, type="fixed", origin=held, follows=None)
+        self._held[joint.name] = value
+
+    def _hold_followers(self) -> None:
+        """Hold what follows a joint that is held: at offset + multiplier * value."""
+        followers: dict[str, list[RobotJoint]] = {}
+        for joint in self._joints.values():
+            if joint.follows is not None:
+                followers.setdefault(joint.follows.joint, []).append(joint)
+        front = [*self._held]
+        while front:
+            leader = front.pop()
+            for joint in followers.get(leader, []):
+                assert joint.follows is not None
+                self._hold(joint, joint.follows.multiplier * self._held[leader] + joint.follows.offset)
+                front.append(joint.name)

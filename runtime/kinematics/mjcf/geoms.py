@@ -15,6 +15,8 @@ from .text import MjcfText
 Array = NDArray[Any]
 #: Types of geoms and the numbers of their size, at least.
 SIZES = {"sphere": 1, "capsule": 2, "ellipsoid": 3, "cylinder": 2, "box": 3}
+#: Types that two ends can place.
+OF_ENDS = ("capsule", "cylinder", "ellipsoid", "box")
 #: Geoms without mass.
 MASSLESS = ("plane",)
 #: Geoms whose inertia is that of a file.
@@ -38,22 +40,30 @@ def inertial_of(text: MjcfText, element: Element, frame: Array) -> LinkInertia:
     return LinkInertia(mass, tensor, frame @ text.frame(element, values))
 
 
-def placed(text: MjcfText, element: Element, values: dict[str, str]) -> tuple[Array, float]:
-    """Frame of a geom or a site, and its length if its ends are given: z goes from the second to the first."""
+def frame_of_shape(text: MjcfText, element: Element, values: dict[str, str], kind: str) -> tuple[Array, float | None]:
+    """Frame (4, 4) of a geom or a site; and its length, if two ends place it: z goes from the second to the first.
+
+    Raises
+    ------
+    InputError
+    """
     if "fromto" not in values:
-        return text.frame(element, values), 0.0
+        return text.frame(element, values), None
     ends = text.vector(element, values, "fromto", "", 6).reshape(2, 3)
-    length = float(np.linalg.norm(ends[0] - ends[1]))
-    if values.get("type", "sphere") == "sphere" or not length > 0:
-        raise text.error(element, f"fromto={values['fromto']!r} has no length, or is of a sphere, in")
-    return homogeneous(rotation_to(ends[0] - ends[1]), ends.mean(0)), length
+    along = ends[0] - ends[1]
+    length = float(np.linalg.norm(along))
+    if kind not in OF_ENDS or not length > 0:
+        raise text.error(
+            element, f"fromto={values['fromto']!r} has no length, or is of a {kind}, in",
+            f"Two ends that differ place one of: {', '.join(OF_ENDS)}",
+        )  # fmt: skip
+    return homogeneous(rotation_to(along), ends.mean(0)), length
 
 
-def has_mass(text: MjcfText, element: Element, values: dict[str, str]) -> bool:
-    """Whether the mass or the density of a geom is not zero."""
-    if "mass" in values:
-        return bool(text.vector(element, values, "mass", "", 1)[0])
-    return bool(text.vector(element, values, "density", DENSITY, 1)[0])
+def is_massless(text: MjcfText, element: Element, values: dict[str, str]) -> bool:
+    """Whether a geom adds nothing to its body's inertia, whatever its shape."""
+    name = "mass" if "mass" in values else "density"
+    return float(text.vector(element, values, name, DENSITY, 1)[0]) == 0
 
 
 def geom_inertia(text: MjcfText, element: Element, values: dict[str, str], frame: Array) -> LinkInertia | None:
@@ -66,9 +76,9 @@ def geom_inertia(text: MjcfText, element: Element, values: dict[str, str], frame
     kind = text.choice(element, "type", values.get("type", "sphere"), (*SIZES, *MASSLESS, *UNKNOWN))
     if kind in MASSLESS or kind in UNKNOWN:
         return None
+    at, length = frame_of_shape(text, element, values, kind)
     size = text.vector(element, values, "size", "", None)
-    at, length = placed(text, element, values)
-    if length:
+    if length is not None:
         size = np.array([size[0], length / 2] if kind in ("capsule", "cylinder") else [size[0], size[0], length / 2])
     if len(size) < SIZES[kind] or not (size[: SIZES[kind]] > 0).all():
         raise text.error(

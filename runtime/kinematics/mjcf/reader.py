@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,13 +15,13 @@ from ...codegen.errors import InputError
 from ...common.files import as_path
 from ...common.validation import as_choice
 from ...mechanics.screws import geometry
-from ..robots.description import Description, LinkInertia, RobotJoint, displacement, with_leaders
-from ..robots.frames import unit
-from ..robots.lumps import compose_inertias
+from ..robots.description import Description, RobotJoint, displacement, with_leaders
+from ..robots.frames import unit_vector
 from ..robots.robot import Robot
-from ..robots.xml_text import Element, as_tags
+from ..robots.xml_text import Element, ignored_names
 from .equalities import WORLD, Equalities
-from .geoms import UNKNOWN, geom_inertia, has_mass, inertial_of, placed
+from .geoms import frame_of_shape, inertial_of
+from .inertias import BodyInertias
 from .text import MjcfText
 
 if TYPE_CHECKING:
@@ -47,8 +47,9 @@ def load_mjcf(
 
     The root is "world"; coordinates are MuJoCo's ``qpos``. A body with several joints has a link before each joint but
     the last, named after body and joint; bodies and joints without names are ``body_1`` and ``body_1_joint``, by their
-    numbers in MuJoCo. Free and ball joints take motors, see `Robot.poses`. ``connect`` and ``weld`` close loops of the
-    mechanism and the system; ``joint`` makes a joint follow another.
+    numbers in MuJoCo. Names that are made up have underscores behind them, where the file has the name itself. Free and
+    ball joints take motors, see `Robot.poses`. ``connect`` and ``weld`` close loops of the mechanism and the system;
+    ``joint`` makes a joint follow another.
 
     Parameters
     ----------
@@ -70,8 +71,7 @@ def load_mjcf(
         elsewhere, twice, or by themselves; unknown tags, classes, bodies and joints, duplicate names, axes of length
         zero, numbers that are not finite, relations of joints that are not linear.
     """
-    tags = as_tags(ignore)
-    home, choice = geometry(algebra), as_choice(mimic, "mimic", MIMIC)
+    tags, home, choice = ignored_names(ignore), geometry(algebra), as_choice(mimic, "mimic", MIMIC)
     reader = _Reader(MjcfText(str(as_path(path, "an MJCF is loaded from")), tags), choice)
     return Robot(reader.description(), home, impossible)
 
@@ -84,12 +84,13 @@ class _Reader:
         self._links: dict[str, Element | None] = {WORLD: None}
         self._joints: dict[str, RobotJoint] = {}
         self._elements: dict[str, Element] = {}
-        self._inertias: dict[str, LinkInertia] = {}
+        self._inertias = BodyInertias(text)
         self._sites: dict[str, tuple[str, Array]] = {}
-        self._unknown: list[str] = []
-        self._armatures: list[str] = []
-        self._given = {name for each in text.document.iter() if (name := each.get("name"))}
+        self._rotors: list[str] = []
         self._references: dict[str, float] = {}
+        elements = [element for section in text.sections["worldbody"] for element in section.iter()]
+        self._link_names = {x.get("name", "") for x in elements if x.tag == "body"}
+        self._joint_names = {x.get("name", "") for x in elements if x.tag in ("joint", "freejoint")}
 
     def description(self) -> Description:
         """The robot."""
@@ -101,27 +102,16 @@ class _Reader:
         while front:
             element, parent, frame, childclass = front.pop()
             bodies += 1
-            name = self._read_joints(element, parent, frame, f"body_{bodies}", childclass)
+            name = self._read_joints(element, parent, frame, bodies, childclass)
             front += reversed(self._read_body(element, name, element.get("childclass", childclass)))
         if not bodies:
             raise InputError("there are no bodies.", where=text.path, remedy="An MJCF has them in its <worldbody>")
-        if self._unknown:
-            shown = ", ".join(self._unknown[:5]) + (" ..." if len(self._unknown) > 5 else "")
-            warnings.warn(
-                f"{text.path}: the inertia of meshes and shells is not computed: {shown} are without; give them an "
-                "<inertial>.",
-                stacklevel=3,
-            )
-        if self._armatures:
-            shown = ", ".join(self._armatures[:5]) + (" ..." if len(self._armatures) > 5 else "")
-            warnings.warn(
-                f"{text.path}: the inertia of rotors (armature) is not read: {shown} are without it.", stacklevel=3
-            )
-        self._scale_masses()
+        self._inertias.finish(3)
+        self._warn_of_rotors(4)
         own = self._links, self._joints, self._sites, self._references
         loops = Equalities(text, self._mimic, *own).read()
         joints = with_leaders(self._joints, lambda j, what, more: text.error(self._elements[j.name], what, more))
-        return Description(text.model, text.path, tuple(self._links), joints, self._inertias, loops)
+        return Description(text.model, text.path, tuple(self._links), joints, self._inertias.of, loops)
 
     # -- bodies ----------------------------------------------------------------------------------------------
 
@@ -139,71 +129,21 @@ class _Reader:
             elif child.tag == "geom":
                 geoms.append((child, text.attributes(child, own), frame))
             elif child.tag == "site":
-                self._sites[child.get("name", "")] = name, frame @ placed(text, child, text.attributes(child, own))[0]
+                values = text.attributes(child, own)
+                at, _ = frame_of_shape(text, child, values, values.get("type", "sphere"))
+                self._sites[child.get("name", "")] = name, frame @ at
             elif child.tag not in (*OF_BODY, *BESIDE_BODY) and child.tag not in text.ignored:
                 raise text.unknown(child, OF_BODY)
         if name != WORLD:
-            self._read_inertia(body, name, inertial, geoms)
+            self._inertias.read(body, name, inertial, geoms)
         return found
-
-    def _read_inertia(
-        self,
-        body: Element,
-        name: str,
-        inertial: LinkInertia | None,
-        geoms: list[tuple[Element, dict[str, str], Array]],
-    ) -> None:
-        text = self._text
-        choice = text.settings.get("inertiafromgeom", "auto")
-        if choice == "true" or (choice == "auto" and inertial is None):
-            low, high = np.array(text.settings.get("inertiagrouprange", "0 5").split(), float)
-            parts = []
-            for element, values, frame in geoms:
-                if not low <= float(text.vector(element, values, "group", "0", 1)[0]) <= high:
-                    continue
-                if values.get("type", "sphere") in UNKNOWN or "mesh" in values or values.get("shellinertia") == "true":
-                    if not has_mass(text, element, values):
-                        continue
-                    self._unknown.append(repr(name))
-                    return
-                part = geom_inertia(text, element, values, frame)
-                if part is not None:
-                    parts.append(part)
-            inertial = compose_inertias([part for part in parts if part.mass]) if parts else inertial
-        bounds = [float(text.settings.get(bound, "0")) for bound in ("boundmass", "boundinertia")]
-        if inertial is None and max(bounds) > 0:
-            inertial = LinkInertia(0.0, np.zeros((3, 3)), np.eye(4))
-        if inertial is not None:
-            if not np.isfinite(inertial.tensor).all():
-                raise text.error(body, "the inertia overflows: masses or sizes are too large in")
-            self._inertias[name] = self._bounded(inertial)
-
-    def _bounded(self, inertia: LinkInertia) -> LinkInertia:
-        """An inertia within the bounds of the compiler."""
-        settings = self._text.settings
-        mass, least = (float(settings.get(name, "0")) for name in ("boundmass", "boundinertia"))
-        moments, axes = np.linalg.eigh(inertia.tensor)
-        bounded = np.maximum(moments, least)
-        if settings.get("balanceinertia") == "true" and 2 * bounded.max() > bounded.sum():
-            bounded = np.full(3, bounded.mean())
-        tensor = inertia.tensor if np.array_equal(bounded, moments) else (axes * bounded) @ axes.T
-        return LinkInertia(max(inertia.mass, mass), tensor, inertia.origin)
-
-    def _scale_masses(self) -> None:
-        total = float(self._text.settings.get("settotalmass", "-1"))
-        own = sum(inertia.mass for inertia in self._inertias.values())
-        if total > 0 and own > 0:
-            self._inertias = {
-                name: LinkInertia(x.mass * total / own, x.tensor * (total / own), x.origin)
-                for name, x in self._inertias.items()
-            }
 
     # -- joints ----------------------------------------------------------------------------------------------
 
-    def _read_joints(self, body: Element, parent: str, frame: Array, default: str, childclass: str | None) -> str:
-        """Read the joints between a body and its parent; the body's name."""
+    def _read_joints(self, body: Element, parent: str, frame: Array, number: int, childclass: str | None) -> str:
+        """Read the joints between a body of a number and its parent; the body's name."""
         text = self._text
-        name = self._new_name(body, body.get("name") or self._unused(default), self._links, "body")
+        name = self._link_name(body, f"body_{number}")
         childclass = body.get("childclass", childclass)
         origin = frame @ text.frame(body, dict(body.attrib))
         joints = [
@@ -212,17 +152,18 @@ class _Reader:
             if child.tag in ("joint", "freejoint")
         ]
         if not joints:
-            weld, axis = self._unused(f"{name}_weld"), np.array([1.0, 0, 0])
-            self._add(body, RobotJoint(weld, "fixed", parent, name, origin, axis, _FREE))
+            weld = self._unused(f"{name}_weld", self._joints, self._joint_names)
+            self._add(body, RobotJoint(weld, "fixed", parent, name, origin, np.array([1.0, 0, 0]), _FREE))
         above = parent
         for i, (element, inner, own) in enumerate(joints):
             label = f"{name}_joint" + (f"_{i + 1}" if len(joints) > 1 else "")
-            joint = self._read_joint(element, inner, own, element.get("name") or self._unused(label))
+            label = self._unused(label, self._joints, self._joint_names)
+            joint = self._read_joint(element, inner, own, element.get("name", label))
             if joint.type == "floating" and (parent != WORLD or len(joints) > 1):
                 raise text.error(element, "a free joint is alone in its body, and that is in the world; one is")
             link = name
             if i < len(joints) - 1:
-                link = self._new_name(element, self._unused(f"{name}/{joint.name}"), self._links, "link")
+                link = self._unused(f"{name}/{joint.name}", self._links, self._link_names)
                 self._links[link] = None
             base = origin if i == 0 else np.eye(4)
             self._add(element, replace(joint, parent=above, child=link, origin=base @ joint.origin))
@@ -234,31 +175,33 @@ class _Reader:
         """A joint, its origin that of its coordinate zero in the frame of its reference pose."""
         text = self._text
         is_free = element.tag == "freejoint"
-        values = {"type": "free"} if is_free else text.attributes(element, childclass)
+        values = {**element.attrib, "type": "free"} if is_free else text.attributes(element, childclass)
         kind = TYPES[text.choice(element, "type", values.get("type", "hinge"), TYPES)]
-        align = text.flag(element, dict(element.attrib), "align", "auto") if kind == "floating" else "false"
-        if align == "true" or (align == "auto" and text.settings.get("alignfree") == "true"):
-            raise text.error(
-                element, "the body's frame is moved to its inertia's by align or alignfree, as for", "Set align='false'"
-            )
-        if kind != "floating" and text.vector(element, values, "armature", "0", 1)[0] != 0:
-            self._armatures.append(repr(name))
-        axis = frame[:3, :3] @ unit(text.vector(element, values, "axis", "0 0 1", 3))
+        if kind == "floating":
+            align = text.flag(element, values, "align", "auto")
+            if align == "true" or (align == "auto" and text.settings.get("alignfree") == "true"):
+                raise text.error(
+                    element, "the body's frame is moved to its inertia's by align or alignfree, as for",
+                    "Make it a <freejoint align='false'>",
+                )  # fmt: skip
+        if text.vector(element, values, "armature", "0", 1)[0]:
+            self._rotors.append(repr(name))
+        axis = text.vector(element, values, "axis", "0 0 1", 3)
         position = frame[:3, :3] @ text.vector(element, values, "pos", "0 0 0", 3) + frame[:3, 3]
-        if kind in ("revolute", "prismatic") and not axis.any():
+        if kind in ("revolute", "prismatic") and not np.abs(axis).max() > 1e-14:
             raise text.error(element, "the axis has no length in")
-        angle = text.angle if kind == "revolute" else 1.0
+        unit = text.angle if kind == "revolute" else 1.0
         limits = _FREE
         if kind in ("revolute", "prismatic") and self._is_limited(element, values):
-            limits = angle * text.vector(element, values, "range", "0 0", 2)
+            limits = unit * text.vector(element, values, "range", "0 0", 2)
             if not limits[0] < limits[1]:
                 raise text.error(element, f"range={values.get('range', '')!r}: least, then greatest, in")
         joint = RobotJoint(
-            name, kind, "", "", np.eye(4), axis, limits,
+            name, kind, "", "", np.eye(4), frame[:3, :3] @ unit_vector(axis), limits,
             np.zeros(3) if kind == "floating" else position,
         )  # fmt: skip
         if kind in ("revolute", "prismatic"):
-            reference = float(angle * text.vector(element, values, "ref", "0", 1)[0])
+            reference = float(unit * text.vector(element, values, "ref", "0", 1)[0])
             self._references[name] = reference
             if reference:
                 joint = replace(joint, origin=displacement(joint, -reference))
@@ -270,22 +213,39 @@ class _Reader:
             return "range" in values and self._text.settings.get("autolimits", "true") == "true"
         return limited == "true"
 
+    def _warn_of_rotors(self, stacklevel: int) -> None:
+        if self._rotors:
+            shown = ", ".join(self._rotors[:5]) + (" ..." if len(self._rotors) > 5 else "")
+            warnings.warn(
+                f"{self._text.path}: armature is not read, and left out of the mass matrix, for joints: {shown}.",
+                stacklevel=stacklevel,
+            )
+
+    # -- names -----------------------------------------------------------------------------------------------
+
     def _add(self, element: Element, joint: RobotJoint) -> None:
-        self._new_name(element, joint.name, self._joints, "joint")
+        if not joint.name.strip():
+            raise self._text.error(element, "the name of a joint is empty in")
+        if joint.name in self._joints:
+            raise self._text.error(element, f"the name {joint.name!r} is taken already:")
         self._joints[joint.name] = joint
         self._elements[joint.name] = element
 
-    def _unused(self, name: str) -> str:
-        """A name for what has none in the file, that nothing else has."""
-        while name in self._given or name in self._joints or name in self._links:
-            name += "_"
+    def _link_name(self, body: Element, default: str) -> str:
+        name = body.get("name")
+        if name is None:
+            return self._unused(default, self._links, self._link_names)
+        if not name.strip():
+            raise self._text.error(body, "the name of a body is empty in")
+        if name in self._links:
+            raise self._text.error(body, f"the name {name!r} is taken already:")
         return name
 
-    def _new_name(self, element: Element, name: str, taken: Iterable[str], what: str) -> str:
-        if not name.strip():
-            raise self._text.error(element, f"the name of a {what} is empty in")
-        if name in taken:
-            raise self._text.error(element, f"the name {name!r} is taken already:")
+    @staticmethod
+    def _unused(name: str, taken: Collection[str], of_file: Collection[str]) -> str:
+        """A name that is made up, with underscores behind it, where another has it or will have it."""
+        while name in taken or name in of_file:
+            name += "_"
         return name
 
 

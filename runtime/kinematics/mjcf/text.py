@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Iterator
+from math import hypot
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...codegen.errors import InputError, suggest
 from ..robots.description import homogeneous
-from ..robots.frames import rotation_about, rotation_of_quaternion, rotation_to
+from ..robots.frames import rotation_about, rotation_of_quaternion, rotation_to, unit_vector
 from ..robots.xml_text import MOST_BYTES, Element, XmlText, bytes_of
 
 Array = NDArray[Any]
@@ -154,7 +155,7 @@ class MjcfText(XmlText):
                 self._read_defaults(child, "", own, False)
 
     def attributes(self, element: Element, childclass: str | None, tag: str | None = None) -> dict[str, str]:
-        """Attributes of an element, with those of its class for a tag: that of the element, or another."""
+        """Attributes of an element, with those that its class has for a tag: its own by default."""
         name = element.get("class", childclass or "main")
         if name not in self._defaults:
             raise self.error(element, f"there is no default class {name!r}{suggest(name, self._defaults)}, as in")
@@ -193,10 +194,10 @@ class MjcfText(XmlText):
         if name == "euler":
             return self._rotation_of_euler(numbers * self.angle)
         short = {"quat": numbers, "axisangle": numbers[:3], "xyaxes": numbers[:3], "zaxis": numbers}[name]
-        if not np.linalg.norm(short) > 1e-14:
+        if not np.abs(short).max() > 1e-14:
             raise self.error(element, f"{name}={values[name]!r} has no direction in")
         if name == "quat":
-            size = float(np.linalg.norm(numbers))
+            size = hypot(*numbers)
             if abs(size - 1) > NOT_UNIT and not self._is_warned:
                 self._is_warned = True
                 warnings.warn(
@@ -206,14 +207,14 @@ class MjcfText(XmlText):
                 )
             return rotation_of_quaternion(numbers)
         if name == "axisangle":
-            return rotation_about(numbers[:3] / np.linalg.norm(numbers[:3]), float(numbers[3] * self.angle))
+            return rotation_about(unit_vector(short), float(numbers[3] * self.angle))
         if name == "zaxis":
             return rotation_to(numbers)
-        x = numbers[:3] / np.linalg.norm(numbers[:3])
-        y = numbers[3:] - (x @ numbers[3:]) * x
+        x, y = unit_vector(short), unit_vector(numbers[3:])
+        y = y - (x @ y) * x
         if not np.linalg.norm(y) > 1e-14:
             raise self.error(element, f"xyaxes={values[name]!r} are parallel in")
-        y = y / np.linalg.norm(y)
+        y = unit_vector(y)
         return np.stack([x, y, np.cross(x, y)], 1)
 
     def _rotation_of_euler(self, angles: Array) -> Array:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from ...codegen.errors import InputError
 from ...common.files import output_path, write_file
 from ...common.validation import as_instance
-from ..robots.description import MOVING, LinkInertia, LoopJoint, RobotJoint
+from ...mechanics.arguments import MATRIX_TOLERANCE
+from ..robots.description import MOVING, LoopJoint, RobotJoint
 from ..robots.frames import quaternion_of_rotation
 from ..robots.inertias import possible_inertia, refuse_impossible, warn_of_changes
 
@@ -26,6 +27,9 @@ WORLD = "world"
 TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide", "ball": "ball"}
 #: What MuJoCo takes for the mass and the moments of what moves, at least.
 LEAST_MASS, LEAST_MOMENT = 1e-9, 1e-12
+#: Freedoms of joints that have more than one in an MJCF, and what a body there has at most.
+FREEDOMS = {"ball": 3, "screw": 2}
+MOST_FREEDOMS = 6
 
 
 def save_mjcf(robot: Robot, path: str | os.PathLike[str]) -> None:
@@ -65,7 +69,7 @@ def mjcf_text(robot: Robot) -> str:
     equality = Element("equality")
     if robot.root != WORLD and WORLD in robot.links:
         raise InputError("a link is called 'world' and is not the root.", where=robot.path)
-    light, refused, changes = list[str](), list[str](), list[str]()
+    light, kept, changes = list[str](), list[str](), list[str]()
     crossings = _crossings(robot)
     before: dict[str, tuple[str, Array, list[tuple[Array, RobotJoint]]]] = {}
     for joint in robot.joints_in_order:
@@ -81,18 +85,19 @@ def mjcf_text(robot: Robot) -> str:
     for name, lump in robot.lumps.items():
         inertia = lump.inertia
         if inertia is not None and inertia.mass != 0 and bodies[name] is not world:
-            if robot.impossible == "nearest":
-                inertia = possible_inertia(inertia, lump.words, robot.size, "nearest", changes)
-            elif robot.impossible != "keep":
-                refuse_impossible(inertia, lump.words, robot.size, robot.path)
-                inertia = possible_inertia(inertia, lump.words, robot.size, "given", changes)
-            elif _is_refused(inertia):
-                refused.append(name)
+            if robot.impossible != "keep":
+                if robot.impossible != "nearest":
+                    refuse_impossible(inertia, lump.words, robot.size, robot.path)
+                choice = "nearest" if robot.impossible == "nearest" else "given"
+                inertia = possible_inertia(inertia, lump.words, robot.size, choice, changes)
             moments, axes = np.linalg.eigh((inertia.tensor + inertia.tensor.T) / 2)
+            most = float(np.maximum(moments, 0.0)[:2].sum())
+            if moments[2] - most > MATRIX_TOLERANCE * np.abs(moments).max():
+                kept.append(name)
+            else:
+                moments[2] = min(moments[2], most)  # MuJoCo refuses what rounding has added
             axes = axes * np.array([1.0, 1.0, np.sign(np.linalg.det(axes))])
             rotation = inertia.origin[:3, :3] @ axes
-            if robot.impossible != "keep":  # by rounding
-                moments[2] = min(moments[2], (moments[0] + moments[1]) * (1 - 1e-12))
             element = Element("inertial", {
                 "pos": _text(inertia.center), "quat": _text(quaternion_of_rotation(rotation)),
                 "mass": _text([inertia.mass]), "diaginertia": _text(np.maximum(moments, 0.0)),
@@ -105,18 +110,19 @@ def mjcf_text(robot: Robot) -> str:
             least = {"mass": _text([LEAST_MASS]), "diaginertia": _text(np.full(3, LEAST_MOMENT))}
             bodies[name].insert(0, Element("inertial", {"pos": "0 0 0", **least}))
     warn_of_changes(changes, robot.path, 4)
-    if refused:
-        warnings.warn(
-            f"{robot.path}: MuJoCo refuses inertias that no body can have: {', '.join(refused[:5])}"
-            f"{' ...' if len(refused) > 5 else ''}; load the robot with impossible='nearest'.",
-            stacklevel=3,
-        )
     if light:
         compiler.set("boundmass", _text([LEAST_MASS]))
         compiler.set("boundinertia", _text([LEAST_MOMENT]))
         warnings.warn(
             f"{robot.path}: bodies that move have {LEAST_MASS:g} kg and {LEAST_MOMENT:g} kg m^2 at least, as MuJoCo "
             f"needs them: {', '.join(light[:5])}{' ...' if len(light) > 5 else ''}.",
+            stacklevel=3,
+        )
+    if kept:
+        shown = ", ".join(kept[:5]) + (" ..." if len(kept) > 5 else "")
+        warnings.warn(
+            f"{robot.path}: MuJoCo will refuse the file: a moment of inertia exceeds the sum of the others, "
+            f"and is kept, in {shown}; impossible='nearest' mends them.",
             stacklevel=3,
         )
     for name, follows in robot.followers.items():
@@ -129,24 +135,27 @@ def mjcf_text(robot: Robot) -> str:
     return ElementTree.tostring(root, "unicode") + "\n"
 
 
-def _is_refused(inertia: LinkInertia) -> bool:
-    """Whether a moment is negative, or larger than the sum of the others."""
-    moments = np.linalg.eigvalsh((inertia.tensor + inertia.tensor.T) / 2)
-    return bool(moments[0] < 0 or moments[2] > moments[0] + moments[1])
-
-
 def _crossings(robot: Robot) -> set[str]:
-    """Links without mass between two joints that move: in an MJCF both are in the body behind."""
+    """Links without mass between two joints that move: in an MJCF both are in the body behind.
+
+    No rotation follows a ball in a body, and a body has six freedoms at most.
+    """
+    runs: dict[str, tuple[int, bool]] = {}  # freedoms of the joints that end at a crossing; whether one is a ball
     ends = {name for loop in robot.loops for name in (loop.a, loop.b)}
     found = set[str]()
-    for name, lump in robot.lumps.items():
+    for name, lump in robot.lumps.items():  # parents first
         behind = [joint for joint in robot.joints.values() if joint.parent == name]
         if (
             name not in ends and len(lump.links) == 1 and lump.joint is not None and len(behind) == 1
             and lump.joint.type in (*MOVING, "ball") and behind[0].type in (*MOVING, "ball")
-            and not (lump.joint.type == "ball" and behind[0].type != "prismatic")  # no rotation follows a ball
             and (lump.inertia is None or lump.inertia.mass == 0)
         ):  # fmt: skip
+            freedoms, has_ball = runs.get(lump.joint.parent, (0, False))
+            freedoms, has_ball = freedoms + FREEDOMS.get(lump.joint.type, 1), has_ball or lump.joint.type == "ball"
+            is_turning = behind[0].type != "prismatic"
+            if freedoms + FREEDOMS.get(behind[0].type, 1) > MOST_FREEDOMS or (has_ball and is_turning):
+                continue
+            runs[name] = freedoms, has_ball
             found.add(name)
     return found
 

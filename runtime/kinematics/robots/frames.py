@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 
 
-def unit(vector: Array) -> Array:
-    """A vector of length one, whatever the size of its numbers; zero stays."""
-    largest = np.abs(vector).max()
-    scaled = vector / largest if largest > 0 else vector
-    return np.asarray(scaled / np.linalg.norm(scaled) if largest > 0 else vector)
+def unit_vector(vector: Array) -> Array:
+    """A vector (n,) of any finite length, made one long; zero stays zero."""
+    largest = float(np.abs(vector).max())
+    if not largest:
+        return vector
+    scaled = np.ldexp(vector, -int(np.frexp(largest)[1]))  # exact: squares neither overflow nor vanish
+    return np.asarray(scaled / np.linalg.norm(scaled))
 
 
 def rotation_of_rpy(angles: Array) -> Array:
@@ -29,7 +31,7 @@ def rotation_of_rpy(angles: Array) -> Array:
 
 def rotation_of_quaternion(quaternion: Array) -> Array:
     """Matrix (3, 3) of a quaternion w, x, y, z of any length."""
-    w, x, y, z = unit(quaternion)
+    w, x, y, z = unit_vector(quaternion)
     return np.array([
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
@@ -60,7 +62,7 @@ def rotation_about(axis: Array, angle: float) -> Array:
 
 def rotation_to(direction: Array) -> Array:
     """Matrix (3, 3) of the smallest rotation that takes z to a direction of any length."""
-    z = unit(direction)
+    z = unit_vector(direction)
     axis = np.array([-z[1], z[0], 0.0])
     size = float(np.linalg.norm(axis))
     if size < 1e-300:

@@ -23,21 +23,6 @@ MOST_BYTES = 64 << 20
 MOST_DEPTH = 512
 
 
-def as_tags(ignore: Iterable[str]) -> tuple[str, ...]:
-    """Tags that may be left out.
-
-    Raises
-    ------
-    InputError
-        If they are not a list of texts.
-    """
-    if isinstance(ignore, Iterable) and not isinstance(ignore, str):
-        tags = tuple(ignore)
-        if all(isinstance(tag, str) for tag in tags):
-            return tags
-    raise InputError(f"ignore is {short_repr(ignore)}; a list of tags is needed.")
-
-
 class XmlText:
     """A text of XML: its elements, and errors that say where.
 
@@ -167,6 +152,22 @@ class XmlText:
                 element, f"{attribute}={value!r} is not known{suggest(value, words)} in", f"One of: {', '.join(words)}"
             )
         return value
+
+
+def ignored_names(ignore: Iterable[str]) -> tuple[str, ...]:
+    """The names that a user lets be left out.
+
+    Raises
+    ------
+    InputError
+        If they are not a list of texts.
+    """
+    names = None if isinstance(ignore, str | bytes) or not isinstance(ignore, Iterable) else tuple(ignore)
+    if names is None or not all(isinstance(name, str) for name in names):
+        raise InputError(
+            f"ignore is {short_repr(ignore)}; a list of tags is needed.", remedy="Name them, such as ignore=['include']"
+        )
+    return names
 
 
 def bytes_of(path: str | os.PathLike[str], what: str) -> bytes:

@@ -24,9 +24,9 @@ from ..robots.description import (
     on_base,
     with_leaders,
 )
-from ..robots.frames import unit
+from ..robots.frames import unit_vector
 from ..robots.robot import Robot
-from ..robots.xml_text import Element, as_tags
+from ..robots.xml_text import Element, ignored_names
 from .text import WORLD, SdfText
 
 if TYPE_CHECKING:
@@ -77,8 +77,7 @@ def load_sdf(
         missing parents or children, links that are not connected, poses that are relative to each other, axes of
         length zero, numbers that are not finite, unknown types of joints and tags.
     """
-    tags = as_tags(ignore)
-    home, choice = geometry(algebra), as_choice(mimic, "mimic", MIMIC)
+    tags, home, choice = ignored_names(ignore), geometry(algebra), as_choice(mimic, "mimic", MIMIC)
     text = SdfText(str(as_path(path, "an SDF is loaded from")), tags)
     return Robot(on_base(_Reader(text, choice).description(), base), home, impossible)
 
@@ -97,6 +96,8 @@ class _Reader:
                 raise text.error(
                     element, f"{kind!r} is not a type of joint{suggest(kind, TYPES)} in", f"One of: {', '.join(TYPES)}"
                 )
+            if kind in TWO_AXES:
+                self._check_names(name, element)
             ends = tuple(self._link_of(element, text.word(element, tag)) for tag in ("parent", "child"))
             if ends[0] == ends[1]:
                 raise text.error(element, "a link is joined to itself by")
@@ -109,6 +110,16 @@ class _Reader:
         if canonical not in links:
             raise text.error(text.model, f"there is no link {canonical!r}{suggest(canonical, links)}, as in")
         self._root = WORLD if any(WORLD in ends for ends in self._ends.values()) else canonical
+
+    def _check_names(self, name: str, element: Element) -> None:
+        """Refuse a joint with two axes whose parts have the names of others."""
+        text = self._text
+        for made, others in ((f"{name}[0]", text.joints), (f"{name}[1]", text.joints), (f"{name}[cross]", text.links)):
+            if made in others:
+                raise text.error(
+                    element, f"{made!r} is the name of another {others[made].tag} and of a part of",
+                    "Rename one of them",
+                )  # fmt: skip
 
     def _link_of(self, at: Element, name: str) -> str:
         """The link of a name, which may be that of a frame."""
@@ -129,14 +140,9 @@ class _Reader:
         joints: dict[str, RobotJoint] = {}
         for name, (above, below) in tree.items():
             for joint in self._joints(name, above, below):
-                made = joint.child not in text.links
-                if joint.name in joints or (joint.name != name and joint.name in text.joints):
-                    raise text.error(text.joints[name], f"{joint.name!r} has a name that is made up for an axis of")
-                if made and joint.child in links:
-                    raise text.error(text.joints[name], f"{joint.child!r} has a name that is made up for the cross of")
                 joints[joint.name] = joint
                 self._elements[joint.name] = text.joints[name]
-                if made:
+                if joint.child not in text.links:
                     links.append(joint.child)
         links += text.links
         closing = tuple(self._loop(name) for name in loops)
@@ -195,8 +201,6 @@ class _Reader:
             axis, limits, _ = axes[i]
             is_last = parent != above
             child = below if is_last else f"{name}[cross]"
-            if not is_last and child in text.links:
-                raise text.error(element, f"the link {child!r} has the name that is made up for the cross of")
             found.append(RobotJoint(
                 f"{name}[{i}]", "revolute", parent, child, np.eye(4) if is_last else origin,
                 sign * into[:3, :3] @ axis, limits, position,
@@ -225,7 +229,7 @@ class _Reader:
         low, high = (x if abs(x) < 1e16 else np.sign(x) * np.inf for x in (low, high))  # its default is 1e16
         if not low <= high:
             raise text.error(element, f"the limits are {low:g} and {high:g}: least, then greatest, in")
-        return rotation @ unit(axis), np.array([low, high]), self._pitch(joint)
+        return rotation @ unit_vector(axis), np.array([low, high]), self._pitch(joint)
 
     def _pitch(self, joint: Element) -> float:
         """Advance of a screw joint along its axis for a radian, right-handed."""
@@ -266,18 +270,20 @@ class _Reader:
                 mimic = None if axis is None else text.only(axis, "mimic")
                 if mimic is None:
                     continue
-                own = name if name in joints else f"{name}[{i}]"
-                leader = mimic.get("joint", "")
-                if leader not in joints:
-                    second = mimic.get("axis", "axis") == "axis2"
-                    leader = f"{leader}[{int(second)}]" if f"{leader}[0]" in joints else leader
+                own = self._joint_of_axis(name, i)
+                leader = self._joint_of_axis(mimic.get("joint", ""), int(mimic.get("axis", "axis") == "axis2"))
                 k, reference = text.number(mimic, "multiplier", 1.0), text.number(mimic, "reference", 0.0)
-                self._add_follower(joints, own, Follower(leader, k, text.number(mimic, "offset", 0.0) - k * reference))
+                offset = text.number(mimic, "offset", 0.0) - k * reference
+                self._add_follower(joints, own, element, Follower(leader, k, offset))
         for gear in self._gears:
             self._add_gear(joints, gear)
 
-    def _add_follower(self, joints: dict[str, RobotJoint], name: str, follows: Follower) -> None:
-        element = self._elements.get(name, self._text.model)
+    def _joint_of_axis(self, name: str, i: int) -> str:
+        """The joint that is an axis of a joint of the file."""
+        element = self._text.joints.get(name)
+        return f"{name}[{i}]" if element is not None and element.get("type") in TWO_AXES else name
+
+    def _add_follower(self, joints: dict[str, RobotJoint], name: str, element: Element, follows: Follower) -> None:
         if self._mimic == "error":
             raise self._text.error(element, "joints that follow others are refused with mimic='error'; one is")
         if name not in joints or joints[name].type not in MOVING:
@@ -307,7 +313,8 @@ class _Reader:
             along = float((self._frame(link)[:3, :3] @ own.axis) @ axis)
             found.append((own, 1.0 if along > 0 else -1.0))
         (leader, first), (follower, second) = found
-        self._add_follower(joints, follower.name, Follower(leader.name, -ratio * first * second))
+        follows = Follower(leader.name, -ratio * first * second)
+        self._add_follower(joints, follower.name, self._elements[follower.name], follows)
 
     # -- inertias --------------------------------------------------------------------------------------------
 

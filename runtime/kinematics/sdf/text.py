@@ -42,7 +42,7 @@ class SdfText(XmlText):
             raise self.error(models[1], "there is a second model:", "Keep one model in the file, without others in it")
         self.model = models[0]
         version = document.get("version", "1.7")
-        self.version = tuple(int(x) if x.isdecimal() else 0 for x in version.split("."))
+        self.version = tuple(int(x[:9]) if x.isdecimal() else 0 for x in version.split("."))
         self.links, self.joints, self.frames = (self._by_name(tag) for tag in ("link", "joint", "frame"))
         for name in self.joints:
             if name in self.links:
@@ -108,7 +108,7 @@ class SdfText(XmlText):
             return np.eye(4)
         if element.get("rotation_format", "euler_rpy") == "quat_xyzw":
             x = np.array(self.numbers(element, f"{text!r}", text, 7))
-            if not np.linalg.norm(x[3:]) > 1e-14:
+            if not np.abs(x[3:]).max() > 1e-14:
                 raise self.error(element, "a quaternion is zero in")
             return homogeneous(rotation_of_quaternion(x[[6, 3, 4, 5]]), x[:3])
         x = np.array(self.numbers(element, f"{text!r}", text, 6))

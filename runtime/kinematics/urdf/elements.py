@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..robots.description import Description, Follower, LinkInertia, RobotJoint, with_leaders
-from ..robots.frames import rotation_of_rpy, unit
+from ..robots.frames import rotation_of_rpy, unit_vector
 from .parser import Text
 
 Array = NDArray[Any]
@@ -44,7 +44,7 @@ def joint_of(element: Element, text: Text) -> RobotJoint:
         numbers = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
         follows = Follower(mimic.get("joint", ""), *numbers)
     return RobotJoint(
-        element.get("name", ""), kind, parent, child, _origin(element), unit(axis),
+        element.get("name", ""), kind, parent, child, _origin(element), unit_vector(axis),
         np.array([-np.inf if lower is None else lower, np.inf if upper is None else upper]), follows=follows,
     )  # fmt: skip
 

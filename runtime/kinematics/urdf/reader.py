@@ -7,11 +7,12 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...common.files import as_path
 from ...common.validation import as_bool, as_choice
 from ...mechanics.screws import geometry
 from ..robots.description import on_base
 from ..robots.robot import Robot
-from ..robots.xml_text import as_tags, bytes_of
+from ..robots.xml_text import bytes_of, ignored_names
 from .elements import description_of
 from .parser import MIMIC, Text
 
@@ -57,10 +58,10 @@ def load_urdf(
         axes of length zero, numbers that are not finite, unknown types of joints and tags, joints that follow none or
         each other. Visuals, contacts, transmissions and tags for simulators are left out.
     """
-    tags = as_tags(ignore)
-    home = geometry(algebra)
+    names, home = ignored_names(ignore), geometry(algebra)
     choice, refuses = as_choice(mimic, "mimic", MIMIC), as_bool(strict, "strict")
-    text = Text(str(path), bytes_of(path, "a URDF"), choice, tags, refuses)
+    file = as_path(path, "a URDF is loaded from")
+    text = Text(str(file), bytes_of(file, "a URDF"), choice, names, refuses)
     return Robot(on_base(description_of(text), base), home, impossible)
 
 

@@ -1,7 +1,10 @@
 """MJCF files that are wrong, hostile, or include others; and robots that cannot be written."""
 
+import os
 import time
+import warnings
 
+import numpy as np
 import pytest
 
 import bladesmith as bs
@@ -54,6 +57,7 @@ def equality(inside):
         (model('<body name="a"><body name="b"><freejoint/></body></body>'), "a free joint is alone in its body"),
         (model('<body name="a"><joint name="j"/><freejoint/></body>'), "a free joint is alone in its body"),
         (model('<body name="a"><freejoint align="true"/></body>'), "frame is moved to its inertia's.*<freejoint>"),
+        (model('<body name="a"><joint type="free"/></body>', '<compiler alignfree="true"/>'), "align.* as for <joint>"),
         (model('<body name="a"><geom size="-1"/></body>'), "size='-1', where 1 positive numbers are needed"),
         (model('<body name="a"><geom type="box" size="1"/></body>'), "where 3 positive numbers"),
         (model('<body name="a"><geom type="cube" size="1"/></body>'), "type='cube' is not known"),
@@ -94,6 +98,55 @@ def test_options(load):
     assert len(caught) == 1
     with pytest.warns(UserWarning, match="<tendon> is not read"):
         load(model(BODY, equality('<tendon tendon1="t"/>')))
+
+
+@pytest.mark.parametrize("loader", [kinematics.load_mjcf, kinematics.load_sdf, kinematics.load_urdf])
+def test_what_is_ignored_is_a_list_of_texts(tmp_path, loader):
+    (tmp_path / "robot.x").write_text("<other/>")
+    for wrong in (5, None, "tag", b"tag", ["tag", 3], [None]):
+        with pytest.raises(InputError, match="^ignore is .*; a list of tags is needed"):
+            loader(tmp_path / "robot.x", ignore=wrong)
+    with pytest.raises(InputError, match="its root <other>") as caught:  # the file is found, and named
+        loader(os.fsencode(tmp_path / "robot.x"), ignore={"tag"})
+    assert f"{tmp_path / 'robot.x'}:1" in str(caught.value) and "b'" not in str(caught.value)
+
+
+def test_armature_is_left_out_with_a_warning(load):
+    with pytest.warns(UserWarning, match="armature is not read.* joints: 'j', 'body_2_joint'") as caught:
+        load(model(BODY.replace('"j"', '"j" armature="0.5"') + '<body><joint class="c"/></body>',
+                   '<default><default class="c"><joint armature="1"/></default></default>'))  # fmt: skip
+    assert len(caught) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load(model(BODY.replace('"j"', '"j" armature="0"')))
+
+
+def test_made_up_names_leave_names_of_the_file_alone(load):
+    found = load(model(
+        '<body name="arm"/><body name="b"><joint name="arm_weld"/></body><body/><body name="body_3"/>'
+        '<body name="a"><joint name="j"/><joint/></body><body name="a/j"><joint name="a_joint_2"/></body>'
+    ))  # fmt: skip
+    assert found.links == ("world", "arm", "b", "body_3_", "body_3", "a/j_", "a", "a/j")
+    assert found.joint_names == ("arm_weld", "j", "a_joint_2_", "a_joint_2")
+    assert found.joints["arm_weld_"].child == "arm" and found.joints["a_joint_2"].child == "a/j"
+
+
+@pytest.mark.parametrize("size", [1e-12, 1.0, 1e200, 1e308])
+def test_vectors_of_any_length(load, size):
+    hinge, row = f'<joint name="j" axis="{size} 0 0"/>', f"{size} 0 0"
+    found = load(model(f'<body name="a">{hinge}</body>'))
+    assert found.joints["j"].axis.tolist() == [1, 0, 0]
+    for place, turn in (
+        (f'axisangle="{row} 90"', [[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
+        (f'xyaxes="0 {size} 0 {size} {size} 0"', [[0, 1, 0], [1, 0, 0], [0, 0, -1]]),
+        (f'zaxis="{row}"', [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]),
+        (f'quat="{size} {row}"', [[0, 0, 1], [1, 0, 0], [0, 1, 0]]),
+    ):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of quaternions that are not normalized
+            text = model(f'<body name="a" {place}><joint name="j"/></body>')
+            origin = load(text.replace(f"{size} {row}", f"{size} {size} {size} {size}")).joints["j"].origin
+        assert np.abs(origin[:3, :3] - turn).max() < 1e-15
 
 
 def test_includes(load, tmp_path):

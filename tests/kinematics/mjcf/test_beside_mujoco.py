@@ -88,7 +88,7 @@ def test_the_model_of_mujoco_itself():
     mujoco = pytest.importorskip("mujoco")
     path = Path(mujoco.__file__).parent / "testdata" / "model.xml"
     model = mujoco.MjModel.from_xml_path(str(path))
-    with pytest.warns(UserWarning, match="meshes and shells is not computed: 'body_9' are without"):
+    with pytest.warns(UserWarning, match="meshes, height fields and shells is not computed: 'body_9' are without"):
         found = kinematics.load_mjcf(path)
     model.body_mass[9] = 0  # that mesh
     assert max(beside(mujoco, model, found)) < 1e-12
@@ -166,3 +166,52 @@ def test_real_robots_that_are_written(tmp_path, name):
     for link in found.links:
         if link in again.links:
             assert np.abs(bs.cga3d.matrix(ours[link]) - bs.cga3d.matrix(theirs[link])).max() < 1e-13
+
+
+ASSETS = (
+    '<asset><mesh name="q" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/>'
+    '<hfield name="h" nrow="2" ncol="2" size="1 1 1 1" elevation="0 1 0 1"/></asset>'
+)
+BALL = '<joint/><geom type="sphere" size="1" mass="2"/>'
+
+
+@pytest.mark.parametrize(
+    "geom",
+    [
+        '<geom type="mesh" mesh="q" mass="0"/>', '<geom type="mesh" mesh="q" density="0"/>', '<geom class="visual"/>',
+        '<geom type="hfield" hfield="h" mass="0"/>', '<geom size="1" shellinertia="true" mass="0"/>',
+    ],
+)  # fmt: skip
+def test_geoms_without_mass_leave_the_others(tmp_path, geom):
+    mujoco = pytest.importorskip("mujoco")
+    default = '<default><default class="visual"><geom type="mesh" mesh="q" density="0"/></default></default>'
+    text = f'<mujoco>{default}{ASSETS}<worldbody><body name="a">{BALL}{geom}</body></worldbody></mujoco>'
+    (tmp_path / "model.xml").write_text(text)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = kinematics.load_mjcf(tmp_path / "model.xml")
+    assert found.inertias["a"].mass == 2
+    assert max(beside(mujoco, mujoco.MjModel.from_xml_string(text), found)) < 1e-13
+
+
+def test_height_fields_have_a_mass_that_is_not_known(tmp_path):
+    field = '<geom type="hfield" hfield="h"/>'
+    text = f'<mujoco>{ASSETS}<worldbody><body name="a">{BALL}{field}</body></worldbody></mujoco>'
+    (tmp_path / "model.xml").write_text(text)
+    with pytest.warns(UserWarning, match="height fields and shells is not computed: 'a' are without"):
+        assert not kinematics.load_mjcf(tmp_path / "model.xml").inertias
+
+
+@pytest.mark.parametrize("bounds", ['boundmass="0.5" boundinertia="0.1"', 'boundmass="0.5"', 'boundinertia="0.1"'])
+def test_bounds_are_of_all_bodies(tmp_path, bounds):
+    mujoco = pytest.importorskip("mujoco")
+    text = (
+        f'<mujoco><compiler {bounds}/><worldbody><body name="s"/><body name="a">{BALL}<body name="w"/></body>'
+        "</worldbody></mujoco>"
+    )
+    (tmp_path / "model.xml").write_text(text)
+    found, model = kinematics.load_mjcf(tmp_path / "model.xml"), mujoco.MjModel.from_xml_string(text)
+    for name in ("s", "a", "w"):
+        own = found.inertias[name]
+        assert own.mass == model.body(name).mass[0] and np.allclose(own.tensor, np.diag(model.body(name).inertia))
+    assert found.mass_matrix([0.0])[0, 0] == pytest.approx(model.body_inertia[2:, 2].sum(), rel=1e-13)

@@ -1,134 +1,156 @@
-"""Equalities, sites, joints and names as MuJoCo reads them; see test_beside_mujoco.py for whole models."""
+"""Equality constraints of MJCF files beside MuJoCo: classes, sites, welds without rotation, joints that are held."""
 
 import numpy as np
 import pytest
 
 import bladesmith as bs
 from bladesmith.errors import InputError
-from bladesmith.kinematics import load_mjcf, load_urdf, save_mjcf
+from bladesmith.kinematics.robots.frames import rotation_of_quaternion
+
+GEOM = '<geom size="0.1"/>'
 
 
-def two(joint: str = "", more: str = "", before: str = "") -> str:
-    return (
-        f'<mujoco>{before}<worldbody><body name="a"><joint name="j" {joint}/><geom size="0.1"/><body name="b">'
-        f'<joint name="k"/><geom size="0.1"/></body></body></worldbody>{more}</mujoco>'
-    )
+def body(name, joint, place="", inside=""):
+    return f'<body name="{name}" {place}>{joint}{GEOM}{inside}</body>'
 
 
-def equal(text: str) -> str:
-    return f"<equality>{text}</equality>"
+def model(bodies, equality, before=""):
+    return f"<mujoco>{before}<worldbody>{bodies}</worldbody><equality>{equality}</equality></mujoco>"
 
 
-@pytest.mark.parametrize("element", ['<joint joint1="k" joint2="j"/>', '<connect body1="b" anchor="0 0 0"/>'])
-@pytest.mark.parametrize("own", ["", 'class="off"'])
-def test_equalities_that_defaults_switch_off(load, element, own):
-    off = '<equality active="false"/><joint active="true"/>'
-    before = f'<default>{off if not own else f"""<default class="off">{off}</default>"""}</default>'
-    robot = load(two(more=equal(element.replace("/>", f" {own}/>")), before=before))
-    assert robot.joint_names == ("j", "k") and not robot.loops
+def hinge(name, more=""):
+    return f'<joint name="{name}" {more}/>'
 
 
-def test_sites_between_two_points(load):
-    robot = load("""<mujoco><worldbody>
-    <body name="a"><joint name="j" axis="0 1 0"/><geom size="0.1"/>
-      <site name="s" type="capsule" size="0.01" fromto="0 0 0 2 0 0"/></body>
-    <body name="c" pos="1 0 -1"><joint name="l" axis="0 1 0"/><geom size="0.1"/><site name="u" pos="0 0 1"/></body>
-    </worldbody><equality><connect site1="s" site2="u"/></equality></mujoco>""")
-    frame = robot.loops[0].frame_a
-    assert frame[:3, 3].tolist() == [1, 0, 0] and np.allclose(frame[:3, 2], [-1, 0, 0])
-    assert robot.mechanism().mobility() >= 0
+THREE = "".join(body(f"b{x}", hinge(x, f'ref="{r}"')) for x, r in (("j", 10), ("k", -20), ("l", 5)))
 
 
-def test_coefficients_that_are_left_out(load):
-    robot = load(two(more=equal('<joint joint1="k" joint2="j" polycoef="0.2"/>')))
-    assert robot.followers["k"].multiplier == 1 and robot.followers["k"].offset == 0.2
-    with pytest.raises(InputError, match="more than five numbers"):
-        load(two(more=equal('<joint joint1="k" joint2="j" polycoef="0 1 2 3 4 5"/>')))
-
-
-def test_what_follows_a_joint_that_is_held_is_held(load):
-    """In any order, and by any polynomial."""
-    held, follows = '<joint joint1="j" polycoef="0.3"/>', '<joint joint1="k" joint2="j" polycoef="0 2 1"/>'
-    for text in (held + follows, follows + held):
-        robot = load(two(more=equal(text)))
-        assert robot.joint_names == ()
-        turn = bs.cga3d.matrix(robot.poses()["b"])[:2, :2]
-        angle = 0.3 + 2 * 0.3 + 0.3**2
-        assert np.allclose(turn, [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-
-
-def test_a_weld_that_holds_no_rotation_is_a_point(load):
-    robot = load(two('type="ball"', equal('<weld body1="a" torquescale="0" anchor="0 0 0"/>')))
-    assert [loop.type for loop in robot.loops] == ["ball"]
-
-
-def test_frames_that_free_joints_would_move(load):
-    text = two().replace('<joint name="j" />', '<joint name="j" type="free"/>')
-    assert load(text).links
-    with pytest.raises(InputError, match="alignfree"):
-        load(text.replace("<mujoco>", '<mujoco><compiler alignfree="true"/>'))
-
-
-def test_meshes_without_mass_leave_inertias_alone(load):
-    mesh = '<geom type="mesh" mesh="m" mass="0"/><geom type="mesh" mesh="m" density="0"/>'
-    robot = load(two().replace('<geom size="0.1"/>', f'<geom size="0.1"/>{mesh}', 1))
-    assert robot.lumps["a"].inertia.mass == pytest.approx(4 / 3 * np.pi)
-    with pytest.warns(UserWarning, match="not computed: 'a'"):
-        load(two().replace('<geom size="0.1"/>', '<geom size="0.1"/><geom type="hfield" hfield="h"/>', 1))
-
-
-def test_bounds_of_masses_are_of_bodies_without_geoms_too(load):
-    text = two(before='<compiler boundmass="0.5" boundinertia="0.1"/>').replace('<geom size="0.1"/>', "", 1)
-    assert load(text).lumps["a"].inertia.mass == 0.5
-
-
-def test_inertias_of_rotors_are_told(load):
-    with pytest.warns(UserWarning, match="armature.*'j'"):
-        load(two('armature="0.5"'))
-
-
-def test_long_axes_and_quaternions(load):
-    """No square of a number overflows."""
-    robot = load(two('axis="1e200 1e200 0"').replace('<body name="b">', '<body name="b" quat="1e200 0 0 1e200">'))
-    same = load(two('axis="1 1 0"').replace('<body name="b">', '<body name="b" quat="1 0 0 1">'))
-    ours, theirs = (bs.cga3d.matrix(each.poses([0.3, 0.2])["b"]) for each in (robot, same))
-    assert np.allclose(ours, theirs, atol=1e-15)
-
-
-def test_names_that_are_made_up_are_free_ones(load):
-    robot = load("""<mujoco><worldbody><body name="arm"><geom size="0.1"/>
-    <body><joint name="arm_weld"/><joint name="j"/><geom size="0.1"/>
-    <body name="body_2"><joint/><geom size="0.1"/></body>
-    <body name="body_2_/arm_weld"><geom size="0.1"/></body></body></body></worldbody></mujoco>""")
-    assert {"arm_weld", "arm_weld_"} <= set(robot.joints) and len(robot.joints) == 5
-
-
-def test_written_files_are_such_that_mujoco_reads(load, tmp_path):
+@pytest.mark.peers
+@pytest.mark.parametrize("equality", ['<joint joint1="k" joint2="j"{}/>', '<connect body1="bj" anchor="0 0 0"{}/>'])
+@pytest.mark.parametrize(
+    ("defaults", "which"),
+    [
+        ('<equality active="false"/>', ""),
+        ('<default class="zz"><equality active="false"/></default>', ' class="zz"'),
+        ('<equality active="false"/><default class="zz"><equality active="true"/></default>', ' class="zz"'),
+        ('<joint range="-1 1"/><equality active="false"/>', ' active="true"'),
+    ],
+)
+def test_defaults_of_all_kinds_are_those_of_equality(load, equality, defaults, which):
     mujoco = pytest.importorskip("mujoco")
-    path = tmp_path / "made.urdf"
-    path.write_text(
-        '<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/><inertia ixx="1" iyy="1" '
-        'izz="2.0005"/></inertial></link><joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>'
-        "</robot>"
+    text = model(THREE, equality.format(which), f"<default>{defaults}</default>")
+    found, active = load(text), bool(mujoco.MjModel.from_xml_string(text).eq_active0[0])
+    assert len(found.followers) + len(found.loops) == int(active)
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize("kind", ["capsule", "cylinder", "box", "ellipsoid"])
+def test_sites_between_two_ends(load, kind):
+    mujoco = pytest.importorskip("mujoco")
+    site = f'<site name="s" type="{kind}" size="0.1" fromto="0 0 0 2 0.5 1"/>'
+    text = model(
+        body("a", hinge("j"), inside=site) + body("b", hinge("k"), inside='<site name="u"/>'),
+        '<weld site1="s" site2="u"/>',
     )
-    robot = load_urdf(path)
-    with pytest.warns(UserWarning, match="the nearest ones"):
-        save_mjcf(robot, tmp_path / "made.xml")
-    assert mujoco.MjModel.from_xml_path(str(tmp_path / "made.xml")).nq == 1
-    with pytest.warns(UserWarning, match="MuJoCo refuses .*'?b"):
-        save_mjcf(load_urdf(path, impossible="keep"), tmp_path / "kept.xml")
+    peer, (loop,) = mujoco.MjModel.from_xml_string(text), load(text).loops
+    assert np.abs(loop.frame_a[:3, 3] - peer.site_pos[0]).max() < 1e-15
+    assert np.abs(loop.frame_a[:3, :3] - rotation_of_quaternion(peer.site_quat[0])).max() < 1e-14
 
 
-@pytest.mark.parametrize("ignore", [5, None, "x", [1]])
-def test_ignored_tags_are_a_list(load, tmp_path, ignore):
-    path = tmp_path / "a.urdf"
-    path.write_text('<robot name="r"><link name="a"/></robot>')
-    for read in (lambda: load(two(), ignore=ignore), lambda: load_urdf(path, ignore=ignore)):
-        with pytest.raises(InputError, match="ignore is .*list of tags"):
-            read()
+def test_sites_between_two_ends_close_loops(load):
+    axis = 'axis="0 1 0"'
+    inner = body("c", hinge("l", axis), 'pos="0 0 -1"', '<site name="u" pos="0 0 1"/>')
+    text = model(
+        body("a", hinge("j", axis), inside='<site name="s" type="capsule" size="0.1" fromto="0 0 0 2 0 0"/>')
+        + body("b", hinge("k", axis), 'pos="1 0 0"', inner),
+        '<connect site1="s" site2="u"/>',
+    )
+    found = load(text)
+    assert found.loops[0].frame_a[:3, 3].tolist() == [1, 0, 0]
+    assert found.mechanism().residual() < 1e-12
+    with pytest.raises(InputError, match="or is of a sphere, in <site name='s'>"):
+        load(text.replace('type="capsule"', ""))
 
 
-def test_paths_may_be_bytes(tmp_path):
-    path = tmp_path / "a.xml"
-    path.write_text(two())
-    assert load_mjcf(str(path).encode()).joint_names == ("j", "k")
+@pytest.mark.peers
+@pytest.mark.parametrize("polycoef", [None, "", "0.2", "0.2 -3", "0 0", "0.1 2 0"])
+def test_coefficients_that_are_missing(load, polycoef):
+    mujoco = pytest.importorskip("mujoco")
+    given = "" if polycoef is None else f'polycoef="{polycoef}"'
+    text = model(THREE, f'<joint joint1="j" joint2="k" {given}/>')
+    peer = mujoco.MjModel.from_xml_string(text)
+    follows = load(text).followers["j"]
+    at_zero, slope = peer.eq_data[0, :2]
+    assert follows.multiplier == slope
+    assert follows.offset == pytest.approx(peer.qpos0[0] + at_zero - slope * peer.qpos0[1], abs=1e-15)
+
+
+def test_too_many_coefficients(load):
+    with pytest.raises(InputError, match="five numbers at most are read, in <joint>"):
+        load(model(THREE, '<joint joint1="j" joint2="k" polycoef="0 1 0 0 0 1"/>'))
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize("turned", [False, True])
+def test_followers_of_held_joints_are_held(load, turned):
+    """Wherever the joint that is held stands in the file."""
+    mujoco = pytest.importorskip("mujoco")
+    rows = ['<joint joint1="j" polycoef="0.3"/>', '<joint joint1="k" joint2="j" polycoef="0 2"/>',
+            '<joint joint1="l" joint2="k" polycoef="0.1 -1"/>']  # fmt: skip
+    text = model(THREE, "".join(rows[::-1] if turned else rows))
+    found = load(text)
+    assert not found.joint_names and not found.followers
+    peer = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(peer)
+    data.qpos[:] = peer.qpos0 + [0.3, 2 * 0.3, 0.1 - 2 * 0.3]
+    mujoco.mj_forward(peer, data)
+    assert data.ne == 3 and np.abs(data.efc_pos[:3]).max() < 1e-15
+    poses = found.poses([])
+    for name in ("bj", "bk", "bl"):
+        turn = bs.cga3d.matrix(poses[name])[:3, :3]
+        assert np.abs(turn - data.body(name).xmat.reshape(3, 3)).max() < 1e-15
+    assert load(text, mimic="free").joint_names == ("j", "k", "l")
+    with pytest.raises(InputError, match="'j' is held already, in <joint>"):
+        load(model(THREE, rows[0] + '<joint joint1="j" joint2="k"/>'))
+
+
+TWISTED = body("a", hinge("j", 'ref="20"'), 'pos="1 2 3" euler="10 20 30"') + body(
+    "b", hinge("k", 'ref="40"'), 'pos="3 2 1" euler="30 50 10"'
+)
+COUPLED = '<joint joint1="j" polycoef="0.2"/><joint joint1="k" polycoef="0.1"/>'
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize("before", ["", COUPLED])
+@pytest.mark.parametrize("scale", [1, 0])
+@pytest.mark.parametrize(
+    "more", ["", 'anchor="1 2 3"', 'relpose="1 0 0 1 0 1 0"', 'anchor="1 2 3" relpose="4 5 6 1 2 3 4"']
+)
+def test_welds(load, more, scale, before):
+    """The point in both bodies, and the rotation unless nothing holds it; whatever joints are held by."""
+    mujoco = pytest.importorskip("mujoco")
+    text = model(TWISTED, before + f'<weld body1="a" body2="b" {more} torquescale="{scale}"/>')
+    data = mujoco.MjModel.from_xml_string(text).eq_data[-1]
+    (loop,) = load(text).loops
+    assert loop.type == ("fixed" if scale else "ball")
+    assert np.abs(loop.frame_b[:3, 3] - data[:3]).max() < 1e-14
+    assert np.abs(loop.frame_a[:3, 3] - data[3:6]).max() < 1e-14
+    turn = loop.frame_a[:3, :3] @ loop.frame_b[:3, :3].T
+    assert np.abs(turn - rotation_of_quaternion(data[6:10])).max() < 1e-14
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize("before", ["", COUPLED, '<joint joint1="j" joint2="k" polycoef="0.3 2"/>'])
+def test_points_are_where_the_file_draws_them(load, before):
+    mujoco = pytest.importorskip("mujoco")
+    text = model(TWISTED, before + '<connect body1="a" body2="b" anchor="1 2 3"/>')
+    data = mujoco.MjModel.from_xml_string(text).eq_data[-1]
+    (loop,) = load(text).loops
+    assert np.abs(np.r_[loop.frame_a[:3, 3], loop.frame_b[:3, 3]] - data[:6]).max() < 1e-14
+
+
+def test_class_of_torquescale(load):
+    text = model(TWISTED, '<weld body1="a" body2="b"/>', '<default><equality torquescale="0"/></default>')
+    with pytest.raises(InputError, match="torquescale"):
+        load(text.replace('"0"', '"x"'))
+    assert load(text).loops[0].type == "ball"

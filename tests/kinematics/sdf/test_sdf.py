@@ -212,6 +212,47 @@ def test_inertias(load):
         load(link("a", more=inertial.replace("<inertial>", '<inertial auto="true">')))
 
 
+UNIVERSAL = joint("u", "universal", "a", "b", axis("1 0 0") + axis("0 1 0").replace("axis>", "axis2>"))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (link("c") + joint("u[0]", "revolute", "b", "c"), r"'u\[0\]' is the name of another joint and of a part of"),
+        (link("c") + joint("u[1]", "revolute", "b", "c"), r"'u\[1\]' is the name of another joint"),
+        (link("u[cross]") + joint("k", "revolute", "b", "u[cross]"), r"'u\[cross\]' is the name of another link"),
+    ],
+)
+def test_parts_of_joints_with_two_axes_have_names_of_their_own(load, text, words):
+    with pytest.raises(InputError, match=words + ".*<joint name='u'>.*Rename"):
+        load(link("a") + link("b") + UNIVERSAL + text)
+
+
+def test_followers_whose_names_look_like_parts(load):
+    follow = '<mimic joint="{}"><multiplier>2</multiplier></mimic>'
+    text = link("a") + link("b") + link("c") + joint("j", "revolute", "a", "b")
+    found = load(text + joint("k[0]", "revolute", "b", "c", axis("0 0 1", follow.format("j"))))
+    assert found.followers["k[0]"].joint == "j"
+    with pytest.raises(InputError, match=r"no joint 'z' to follow, as in <joint name='k\[0\]'>"):
+        load(text + joint("k[0]", "revolute", "b", "c", axis("0 0 1", follow.format("z"))))
+    found = load(text + UNIVERSAL.replace("<parent>a", "<parent>b").replace("<child>b", "<child>c").replace(
+        "<xyz>1 0 0</xyz>", "<xyz>1 0 0</xyz>" + follow.format("j")))  # fmt: skip
+    assert found.followers["u[0]"].joint == "j" and found.joint_names == ("j", "u[1]")
+
+
+@pytest.mark.parametrize("version", ["1.\u00b2", "1.", "1." + "9" * 5000])
+def test_versions_that_are_no_numbers(load, version):
+    assert load(link("a") + link("b") + joint("j", "revolute", "a", "b"), version=version).joint_names == ("j",)
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e200, 1e308])
+def test_vectors_of_any_length(load, size):
+    pose = at(f"0 0 0 {size} 0 0 {size}", rotation_format="quat_xyzw")
+    found = load(link("a") + link("b", pose) + joint("j", "revolute", "a", "b", axis(f"{size} {size} 0")))
+    assert np.abs(found.joints["j"].axis - [0.5**0.5, 0.5**0.5, 0]).max() < 1e-15
+    assert np.abs(found.joints["j"].origin[:3, :3] - [[1, 0, 0], [0, 0, -1], [0, 1, 0]]).max() < 1e-15
+
+
 BOMB = '<!DOCTYPE s [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><sdf><model name="&b;"><link name="a"/></model></sdf>'
 TWO = link("a") + link("b")
 
@@ -270,24 +311,3 @@ def test_cassie():
         other = kinematics.load_sdf(folder / "cassie_description" / "robots" / f"{name}.sdf")
         q = np.zeros(len(other.joint_names))
         assert len(other.loops) == 4 and len(other.system(q).joints) >= 26
-
-
-# -- names that are made up ------------------------------------------------------------------------------------
-
-TWO_AXES = "<axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 1 0</xyz></axis2>"
-
-
-@pytest.mark.parametrize(("name", "child"), [("u[0]", "c"), ("w", "u[cross]")])
-def test_names_that_are_made_up_must_be_free(load, name, child):
-    universal = link("a") + link("b") + joint("u", "universal", "a", "b", TWO_AXES)
-    with pytest.raises(InputError, match="made up"):
-        load(universal + link(child) + joint(name, "revolute", "b", child))
-    assert load(universal + link("c") + joint("w", "revolute", "b", "c")).joint_names == ("u[0]", "u[1]", "w")
-
-
-@pytest.mark.parametrize("version", ["1.11", "1.\u00b2"])
-def test_joints_may_be_called_as_axes_are(load, version):
-    """Also in a version that is none."""
-    follower = joint("j[0]", "revolute", "b", "c", '<axis><xyz>0 0 1</xyz><mimic joint="k"/></axis>')
-    links = link("a") + link("b") + link("c")
-    assert load(links + joint("k", "revolute", "a", "b") + follower, version=version).joint_names == ("k",)

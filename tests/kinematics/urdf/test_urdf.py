@@ -366,3 +366,9 @@ def test_a_robot_answers_as_its_mechanism_does():
     assert np.array_equal(robot.jacobian(names, robot.links[-1]), made.jacobian(names, robot.links[-1]))
     with pytest.raises(AttributeError):
         robot.mobilty  # noqa: B018
+
+
+@pytest.mark.parametrize("size", ["1e-320", "1e-200", "1e200", "1e308"])
+def test_axes_of_any_length(load, size):
+    found = load(robot(TWO + joint(inside=f'<axis xyz="{size} 0 -{size}"/>')))
+    assert np.abs(found.joints["j"].axis - [0.5**0.5, 0, -(0.5**0.5)]).max() < 1e-15
