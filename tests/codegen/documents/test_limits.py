@@ -61,7 +61,7 @@ def test_nesting_has_a_limit(text: str) -> None:
 
 
 def test_the_limit_is_on_keys_alone() -> None:
-    long = "a" * 1_000_000
+    long = "a" * 200_000
     for text in (f'"{long}" = 1', f"{long} = 1", f'x = "{"a" * 900} {"..." * 900}"', "a . b . c = 1"):
         with pytest.raises(InputError, match="not a known key"):
             read(text)
