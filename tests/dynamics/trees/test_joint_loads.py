@@ -215,7 +215,7 @@ def test_torques_of_balls_are_along_the_axes_of_their_speeds() -> None:
     assert np.abs(state.q[7:] - ends[0]).max() < 1e-3 * np.abs(ends[1] - ends[0]).max()
 
 
-@pytest.mark.parametrize("integrator", ["auto", "implicit"])
+@pytest.mark.parametrize("integrator", ["auto", pytest.param("implicit", marks=pytest.mark.slow)])
 def test_many_substeps_are_taken_in_parts(integrator: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Between which interrupts are heard; the state is the same."""
     simulation = dynamics.Simulation(pendulum(), [DOWN], integrator=integrator)
