@@ -127,8 +127,7 @@ def run_compiler(command: list[str], folder: Path, where: str, source: Path) -> 
 def _first_errors(output: str) -> str:
     lines = [line.strip() for line in output.splitlines() if line.strip()]
     # collect2, and clang, only say that the linker failed
-    says_nothing = re.compile("collect2:|.*linker command failed")
-    lines = [line for line in lines if not says_nothing.match(line)] or lines
+    lines = [line for line in lines if not re.match("collect2:|.*linker command failed", line)] or lines
     errors = [line for line in lines if "error:" in line] or lines
     return " | ".join(errors[:_ERROR_LINES]) or "the compiler failed and said nothing"
 

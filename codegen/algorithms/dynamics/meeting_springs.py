@@ -10,10 +10,12 @@ Annotations are evaluated: sizes are those of the kind of simulation.
 from typing import Any
 
 from ...ir.loops.algorithm import Algorithm as algorithm
-from ...ir.loops.language import Bool, IntRows, Reals, Vector, empty
-from .loads import LAW, POINT, SPRING_SIZE
-from .records import Parts, work_records
+from ...ir.loops.algorithm import inlined
+from ...ir.loops.language import Bool, Int, IntRows, Out, Reals, Vector, empty
+from .loads import POINT, SPRING_SIZE
+from .records import Parts, Spring, work_records
 
+LENGTH, DAMPING = Spring.extent("length")[0], Spring.extent("damping")[0]
 #: Sine of the angle off a line up to which a passage counts as one through the anchor.
 IN_LINE = 1e-9
 
@@ -29,6 +31,14 @@ def meeting_algorithm(parts: Parts, k: Any) -> algorithm:
     motors_size, identity = 8 * parts.bodies, parts.identity
     Integers: Any = work_records(parts).integers
 
+    @inlined
+    def motor_of(b: Int, motors: Vector[motors_size], r: Out[Vector[8]]) -> None:
+        """Motor of a spring's body, or of the world."""
+        if b >= 0:
+            r[:] = motors[8 * b : 8 * b + 8]
+        else:
+            r[:] = identity
+
     @algorithm
     def springs_meet(
         numbers: Reals, springs: IntRows[2], p: Integers, before: Vector[motors_size], after: Vector[motors_size]
@@ -36,33 +46,29 @@ def meeting_algorithm(parts: Parts, k: Any) -> algorithm:
         """Whether the ends of a spring with a direction met in a step, or nearly: series go on as if it had none."""
         r = empty(8)
         s = empty(8)
-        gaps = empty(2, 3)
         met: Bool = False
         for i in range(p.springs):
             at = p.spring_offset + SPRING_SIZE * i
-            if numbers[at + LAW + 1] == 0.0 and numbers[at + LAW + 2] == 0.0:
+            if numbers[at + LENGTH] == 0.0 and numbers[at + DAMPING] == 0.0:
                 continue
-            a, b = springs[i, 0], springs[i, 1]
-            for n in range(2):
-                r[:] = identity
-                s[:] = identity
-                if a >= 0:
-                    for j in range(8):
-                        r[j] = before[8 * a + j] if n == 0 else after[8 * a + j]
-                if b >= 0:
-                    for j in range(8):
-                        s[j] = before[8 * b + j] if n == 0 else after[8 * b + j]
-                gaps[n][:] = k.spring_gap(r, numbers[at : at + 3], s, numbers[at + POINT : at + POINT + 3])
+            point = numbers[at : at + 3]
+            anchor = numbers[at + POINT : at + POINT + 3]
+            motor_of(springs[i, 0], before, r)
+            motor_of(springs[i, 1], before, s)
+            old = k.spring_gap(r, point, s, anchor)
+            motor_of(springs[i, 0], after, r)
+            motor_of(springs[i, 1], after, s)
+            new = k.spring_gap(r, point, s, anchor)
             first = 0.0
             second = 0.0
             along = 0.0
             for j in range(3):
-                first += gaps[0, j] * gaps[0, j]
-                second += gaps[1, j] * gaps[1, j]
-                along += gaps[0, j] * gaps[1, j]
+                first += old[j] * old[j]
+                second += new[j] * new[j]
+                along += old[j] * new[j]
             off = 0.0  # of the second from the line of the first, times their lengths
             for j in range(3):
-                side = first * gaps[1, j] - along * gaps[0, j]
+                side = first * new[j] - along * old[j]
                 off += side * side
             if first == 0.0 or (along <= 0.0 and off <= IN_LINE * IN_LINE * first * first * second):
                 met = True

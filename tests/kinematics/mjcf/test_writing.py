@@ -14,8 +14,9 @@ pytestmark = pytest.mark.peers
 
 
 @pytest.fixture
-def written(tmp_path):
-    """What MuJoCo compiles of a robot that is written."""
+def written(tmp_path, monkeypatch):
+    """What MuJoCo compiles of a robot that is written; it writes a log where it stands."""
+    monkeypatch.chdir(tmp_path)
     mujoco = pytest.importorskip("mujoco")
 
     def compiled(found):
