@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.algorithms.dynamics.records import FINE, Constraint, Control, Progress, Reached, state_record
+from ...codegen.algorithms.dynamics.records import FINE, Code, Constraint, Control, Progress, Reached, state_record
 from ...codegen.execute.in_place import Bound, InPlace, Kept
 from ...codegen.interrupts import deferred_interrupts
 from ...codegen.ir.loops.records import Record
@@ -24,9 +24,10 @@ if TYPE_CHECKING:
     from ..sensitivity.parameters import Directions
 
 Array = NDArray[Any]
-#: Status of a simulation, as in codegen/algorithms/dynamics/records.py.
-OK, NOT_FINITE, UNDERFLOW, RANK_CHANGED, USER_FAILED, STOPPED, EVENT, NOT_SOLVED, VIOLATED = range(9)
-STALLED, MEETING = 10, 11
+#: Status of a simulation.
+OK, NOT_FINITE, UNDERFLOW, RANK_CHANGED, USER_FAILED, STOPPED, EVENT, NOT_SOLVED, VIOLATED, _, STALLED, MEETING = (
+    int(code) for code in Code
+)
 #: Steps of a simulation between two checks of interrupts and progress.
 STEPS = 16384
 #: The same if it calls users' functions.
