@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 
 from ..errors import CompileError, InputError, ShapeError
 from ..ir.argument import Argument
+from .ranges import FIRST_CHEAP, run_serially
 from .result_memory import MANY, STORE
 
 Array = NDArray[Any]
-#: Splits ``run(begin, end)`` over threads; the runtime installs its own. None: one call, this thread.
-Splitter = Callable[[Callable[[int, int], None], int], None]
+#: Splits ``run(begin, end)`` over threads, with as many items as given at first; the runtime installs its own.
+#: None: this thread.
+Splitter = Callable[[Callable[[int, int], None], int, "int | None"], None]
 _splitter: Splitter | None = None
 _F64, _F32 = np.dtype(np.float64), np.dtype(np.float32)
 _READY = 0x101  # flags of arrays that are contiguous and aligned: NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED
@@ -34,12 +36,15 @@ def install_splitter(splitter: Splitter | None) -> None:
     _splitter = splitter
 
 
-def parallel_for(run: Callable[[int, int], None], n: int) -> None:
-    """Run items 0 .. n - 1: over threads where a splitter is installed, else in one call."""
+def parallel_for(run: Callable[[int, int], None], n: int, first: int | None = None) -> None:
+    """Run items 0 .. n - 1: over threads where a splitter is installed, else in this one.
+
+    A call runs as many items as take some 0.1 s, as far as is known, and ``first`` of them before anything is.
+    """
     if _splitter is None:
-        run(0, n)
+        run_serially(run, n, first)
     else:
-        _splitter(run, n)
+        _splitter(run, n, first)
 
 
 #: Adds the loop of a kernel, by its symbol, for one of some instances, the best of them first.
@@ -269,12 +274,13 @@ class BoundKernel(Binding):
             return
         strides = self.strides(arrays)
         buffer = self._from_buffer
-        if self._single_output and _splitter is None and len(arrays) == 2:
+        is_short = self._single_output and _splitter is None and n <= FIRST_CHEAP
+        if is_short and len(arrays) == 2:
             self._run2(
                 self.index, single, n, buffer(results[0]), buffer(arrays[0]), strides[0], buffer(arrays[1]), strides[1]
             )
             return
-        if self._single_output and _splitter is None and len(arrays) == 1:
+        if is_short and len(arrays) == 1:
             self._run1(self.index, single, n, buffer(results[0]), buffer(arrays[0]), strides[0])
             return
         ffi, run = self.library.ffi, self.library.lib.bs_run

@@ -15,7 +15,7 @@ import platform
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
-from zipfile import ZipFile
+from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile
 
 import numpy as np
 from numpy.lib import format as npy
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ..codegen.errors import BladesmithError, InputError
 from ..codegen.version import __version__
-from .files import as_path
+from .files import BLOCK, as_path, failures_named, replacing
 from .memory import readable
 
 T = TypeVar("T")
@@ -51,10 +51,34 @@ def producer_versions() -> dict[str, str]:
 
 def npz_bytes(arrays: Mapping[str, NDArray[Any]], header: Mapping[str, Any], compressed: bool = True) -> bytes:
     """Bytes of an NPZ file of arrays, with a header that JSON can say."""
-    stored: dict[str, Any] = {**arrays, HEADER: np.frombuffer(json.dumps(header).encode(), np.uint8)}
     buffer = io.BytesIO()
-    (np.savez_compressed if compressed else np.savez)(buffer, **stored)
+    _write(buffer, arrays, header, compressed)
     return buffer.getvalue()
+
+
+def write_npz(path: Path, arrays: Mapping[str, NDArray[Any]], header: Mapping[str, Any]) -> None:
+    """Write an NPZ file, not compressed, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    with failures_named(path), replacing(path) as temporary:
+        _write(temporary, arrays, header, compressed=False)
+
+
+def _write(file: Any, arrays: Mapping[str, NDArray[Any]], header: Mapping[str, Any], compressed: bool) -> None:
+    """As NumPy's `savez`, in blocks between which an interrupt is seen."""
+    stored = {**arrays, HEADER: np.frombuffer(json.dumps(header).encode(), np.uint8)}
+    with ZipFile(file, "w", ZIP_DEFLATED if compressed else ZIP_STORED) as archive:
+        for name, given in stored.items():
+            array = np.require(given, requirements="C")
+            with archive.open(name + SUFFIX, "w", force_zip64=True) as member:
+                npy.write_array_header_1_0(member, npy.header_data_from_array_1_0(array))
+                data = array.reshape(-1).view(np.uint8)
+                for begin in range(0, len(data), BLOCK):
+                    member.write(data[begin : begin + BLOCK])
 
 
 def read_npz(
@@ -153,4 +177,4 @@ def csv_text(columns: Iterable[tuple[str, str]], rows: Iterable[Iterable[Any]]) 
     return text.getvalue()
 
 
-__all__ = ["FORMATS", "csv_text", "npz_bytes", "producer_versions", "read_npz"]
+__all__ = ["FORMATS", "csv_text", "npz_bytes", "producer_versions", "read_npz", "write_npz"]

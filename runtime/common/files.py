@@ -13,6 +13,9 @@ from typing import Any
 from ..errors import InputError
 from .validation import short_repr
 
+#: Bytes that are written at a time: an interrupt is seen between them.
+BLOCK = 1 << 20
+
 
 def as_path(path: Any, use: str, error: type[InputError] = InputError) -> Path:
     """Path of a file that a user names.
@@ -85,7 +88,10 @@ def write_atomically(path: Path, data: str | bytes) -> None:
         With the name that the user knows, not the temporary one.
     """
     with replacing(path) as temporary:
-        temporary.write_bytes(data.encode() if isinstance(data, str) else data)
+        whole = memoryview(data.encode() if isinstance(data, str) else data)
+        with open(temporary, "wb") as file:
+            for begin in range(0, len(whole), BLOCK):
+                file.write(whole[begin : begin + BLOCK])
 
 
 @contextmanager

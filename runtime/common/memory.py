@@ -1,11 +1,16 @@
-"""Memory of the machine: what can never fit is refused before anything is allocated."""
+"""Memory of the machine: what can never fit is refused before anything is allocated; large arrays that are filled."""
 
 from __future__ import annotations
 
 import os
 import re
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..codegen.errors import InputError
 
@@ -16,6 +21,8 @@ _LIMITS = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory
 _MOST = 10**30
 #: Bytes that a machine is taken to have if it does not say.
 _ASSUMED = 64 << 30
+#: Numbers that are written at a time.
+_FILLED = 1 << 22
 _UNITS = ("bytes", "kB", "MB", "GB", "TB", "PB")
 
 
@@ -42,6 +49,20 @@ def check_workspace(size: int, threads: int, what: str) -> None:
             f"{what} takes {size} bytes of memory for each of {threads} threads; this machine has {there} bytes.",
             remedy="Take fewer bodies" + (", or fewer threads" if threads > 1 else ""),
         )
+
+
+def fill(array: NDArray[Any], value: Any) -> None:
+    """Fill an array without gaps, in blocks between which an interrupt is seen: memory is cleared as it is written."""
+    flat = array.reshape(-1)
+    for begin in range(0, flat.size, _FILLED):
+        flat[begin : begin + _FILLED] = value
+
+
+def filled(shape: Sequence[int], value: Any, dtype: Any = np.float64) -> NDArray[Any]:
+    """A new array that holds one value; see `fill`."""
+    array = np.empty(tuple(shape), dtype)
+    fill(array, value)
+    return array
 
 
 def readable(count: int) -> str:

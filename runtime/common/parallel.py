@@ -12,9 +12,11 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import partial
+from time import perf_counter
 from typing import TypeVar
 
 from ..codegen.execute.arrays import install_splitter
+from ..codegen.execute.ranges import FIRST, TimedRanges, run_serially
 from ..codegen.interrupts import deferred_interrupts
 from .validation import as_int
 
@@ -24,6 +26,8 @@ Part = Callable[[int, int], None]
 CHUNKS_PER_THREAD = 16
 #: Cheap items that are worth a chunk: some 100 microseconds of work.
 GRAIN = 16384
+#: Cheap items of a thread's first chunk: the more, the less a pool costs; 0.3 s of those that take 5 microseconds.
+SHARED_AT_FIRST = 1 << 16
 #: More threads than any machine runs at once: a count beyond is a mistake, and their stacks would not fit.
 MOST_THREADS = 4096
 #: How often a waiting main thread looks up, in seconds, so that an interrupt is seen at once everywhere.
@@ -58,8 +62,12 @@ def run(
     chunk: int | None = None,
     progress: Callable[[int], None] | None = None,
     grain: int = 1,
+    stop: Callable[[], None] | None = None,
 ) -> None:
     """Call ``part(begin, end)`` until [0, n) is covered.
+
+    Ranges have the length of ``chunk``, else as many items as take some 0.1 s, by the time that those before them took:
+    an interrupt is seen between them.
 
     Parameters
     ----------
@@ -74,6 +82,9 @@ def run(
         Called in the calling thread with the number of items that are done.
     grain : int, optional
         Items that are worth another thread.
+    stop : callable, optional
+        Called at an interrupt, or when a range has failed, before those that run are waited for: it may end them. With
+        it the calling thread does no work of its own, so that an interrupt is seen while a range runs.
 
     Raises
     ------
@@ -89,14 +100,14 @@ def run(
         return
     if getattr(_inside, "running", False):
         count = 1
-    size = chunk or max(grain, -(-n // (count * CHUNKS_PER_THREAD)))
-    if count == 1 and chunk is None and progress is None:
-        size = n
-    ranges = ((begin, min(begin + size, n)) for begin in range(0, n, size))
-    if count == 1 or n <= size:
+    most = chunk or max(grain, -(-n // (count * CHUNKS_PER_THREAD)))
+    if count == 1 and chunk is None:
+        most = n
+    ranges = TimedRanges(n, chunk or max(grain, FIRST), most)
+    if stop is None and (count == 1 or n <= most):
         _run_serial(part, ranges, progress)
     else:
-        _run_threaded(part, ranges, count, progress)
+        _run_threaded(part, ranges, count, progress, stop)
 
 
 def set_threads(count: int | None) -> None:
@@ -142,32 +153,47 @@ def interruptible(function: Callable[[], T]) -> T:
     return future.result()
 
 
-def split(part: Part, n: int, threads: int | None = None) -> None:
-    """`run` for loops over cheap items, such as batches of products: few chunks, each worth a thread."""
-    if threads is not None:
-        threads = thread_count(threads)
-    if n >= 2 * GRAIN and (count := threads or thread_count()) > 1:
-        run(part, n, count, chunk=max(GRAIN, -(-n // count)))
-    else:
+def split(part: Part, n: int, first: int | None = None, threads: int | None = None, is_whole: bool = False) -> None:
+    """`run` for loops over cheap items, such as batches of products: few chunks, each worth a thread.
+
+    Parameters
+    ----------
+    part, n, threads : see `run`
+    first : int, optional
+        Items of the first range of each thread, where they take long.
+    is_whole : bool
+        Whether all items are one call, as on a GPU.
+    """
+    count = thread_count(threads) if threads is not None or n >= 2 * GRAIN else 1
+    if is_whole:
         _call(part, 0, n)
+    elif n < 2 * GRAIN or count == 1 or getattr(_inside, "running", False):
+        run_serially(partial(_call, part), n, first)
+    else:
+        most = max(GRAIN, -(-n // count))
+        _run_threaded(part, TimedRanges(n, first or SHARED_AT_FIRST, most), count)
 
 
-def _run_serial(part: Part, ranges: Iterator[tuple[int, int]], progress: Callable[[int], None] | None) -> None:
+def _run_serial(part: Part, ranges: TimedRanges, progress: Callable[[int], None] | None) -> None:
     for begin, end in ranges:
-        _call(part, begin, end)
+        ranges.timed(end - begin, _call(part, begin, end))
         if progress:
             with deferred_interrupts():
                 progress(end)
 
 
 def _run_threaded(
-    part: Part, ranges: Iterator[tuple[int, int]], threads: int, progress: Callable[[int], None] | None
+    part: Part,
+    ranges: TimedRanges,
+    threads: int,
+    progress: Callable[[int], None] | None = None,
+    stop: Callable[[], None] | None = None,
 ) -> None:
     """Two chunks for each thread, one running and one waiting; the rest stays here and can be dropped."""
     pool = ThreadPoolExecutor(threads, thread_name_prefix="bladesmith")
-    pending: dict[Future[None], int] = {}
+    pending: dict[Future[float], int] = {}
     finished = 0
-    with deferred_interrupts() as tell, _shut_down_at_end(pool):
+    with deferred_interrupts() as tell, _shut_down_at_end(pool, stop):
         while True:
             tell()
             while len(pending) < 2 * threads and (piece := next(ranges, None)) is not None:
@@ -177,25 +203,31 @@ def _run_threaded(
             done, _ = wait(pending, timeout=POLL, return_when=FIRST_COMPLETED)
             for future in done:
                 size = pending.pop(future)
-                future.result()
+                ranges.timed(size, future.result())
                 finished += size
                 if progress:
                     progress(finished)
 
 
 @contextmanager
-def _shut_down_at_end(pool: ThreadPoolExecutor) -> Iterator[None]:
+def _shut_down_at_end(pool: ThreadPoolExecutor, stop: Callable[[], None] | None = None) -> Iterator[None]:
     """Wait for what runs in a pool at the end of the block, and drop the rest."""
     try:
         yield
+    except BaseException:
+        if stop is not None:
+            stop()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _call(part: Part, begin: int, end: int) -> None:
-    outer = getattr(_inside, "running", False)
+def _call(part: Part, begin: int, end: int) -> float:
+    """Run a range; seconds that it took."""
+    outer, start = getattr(_inside, "running", False), perf_counter()
     _inside.running = True
     try:
         part(begin, end)
     finally:
         _inside.running = outer
+    return perf_counter() - start

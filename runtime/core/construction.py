@@ -16,6 +16,9 @@ from ..common.validation import as_instance, as_int, as_tuple, real_array
 from ..dispatch.types import TypedAlgebra
 from .linear_maps import blade_in
 
+#: Rows whose columns are permuted at a time, so that an interrupt is seen.
+ROWS_AT_ONCE = 1 << 17
+
 
 def from_mapping(algebra: TypedAlgebra, values: Mapping[Any, Any]) -> tuple[Kind, NDArray[Any]]:
     """Arrays by blade, broadcast against each other."""
@@ -78,7 +81,13 @@ def layout_for(
 
 
 def _permute_columns(rows: NDArray[Any], signs: Sequence[tuple[int, int]]) -> NDArray[Any]:
-    columns = [column for column, _ in signs]
-    data: NDArray[Any] = np.ascontiguousarray(rows[..., columns])
-    data *= np.array([sign for _, sign in signs], rows.dtype)
+    """A copy in the layout's order and signs."""
+    if all(pair == (i, 1) for i, pair in enumerate(signs)) and len(signs) == rows.shape[-1]:
+        return np.array(rows, order="C")
+    columns, factors = [column for column, _ in signs], np.array([sign for _, sign in signs], rows.dtype)
+    data = np.empty((*rows.shape[:-1], len(signs)), rows.dtype)
+    given, found = rows.reshape(-1, rows.shape[-1]), data.reshape(-1, len(signs))
+    for begin in range(0, len(found), ROWS_AT_ONCE):
+        block = slice(begin, begin + ROWS_AT_ONCE)
+        np.multiply(given[block][:, columns], factors, out=found[block])
     return data

@@ -13,8 +13,8 @@ import numpy as np
 from ..codegen.algebra.blades import metric_entry, validated_identifier
 from ..codegen.algebra.loader import STOCK
 from ..codegen.errors import InputError, KindError
-from ..common.data_files import npz_bytes, read_npz
-from ..common.files import as_path, write_file
+from ..common.data_files import read_npz, write_npz
+from ..common.files import as_path
 from ..common.validation import as_instance
 from . import registry
 from .multivector import Algebra, Multivector
@@ -50,7 +50,7 @@ def save(path: str | os.PathLike[str], *items: Multivector, **named: Multivector
         stored[f"{name}.values"] = x.values
         if x._status is not None:
             stored[f"{name}.status"] = x._status
-    write_file(as_path(path, "multivectors are written to"), npz_bytes(stored, header, compressed=False))
+    write_npz(as_path(path, "multivectors are written to"), stored, header)
 
 
 def _describe(x: Multivector) -> dict[str, Any]:

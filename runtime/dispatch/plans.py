@@ -33,7 +33,7 @@ Loop = Callable[[int, Any, Any, int, Any, int], None]
 
 #: Plans by operation and types.
 PLANS: dict[tuple[str, Type, Type], Plan] = {}
-#: A call of compiled code multiplies this many terms, some 0.1 s, so that an interrupt is seen.
+#: The first call of a batch multiplies this many terms at most, some 0.1 s, so that an interrupt is seen.
 MOST_TERMS = 2**27
 #: A general sandwich keeps this many items between its two products.
 CHUNK = 4096
@@ -255,11 +255,9 @@ def table_rows(table: Table, single: int) -> Rows:
 
         def part(begin: int, end: int) -> None:
             # sizes of operands and result differ, so the loop takes the first row and the range
-            for first in range(begin, end, step):
-                last = min(first + step, end)
-                multiply(product, single, first, last, pointers[0], pointers[1], stride_a, pointers[2], stride_b)
+            multiply(product, single, begin, end, pointers[0], pointers[1], stride_a, pointers[2], stride_b)
 
-        parallel_for(part, n)
+        parallel_for(part, n, step)
 
     return rows
 

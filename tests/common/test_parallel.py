@@ -11,7 +11,7 @@ import pytest
 
 import bladesmith
 from bladesmith import cga3d
-from bladesmith.codegen.execute import arrays
+from bladesmith.codegen.execute import arrays, ranges
 from bladesmith.common import parallel
 from bladesmith.errors import InputError
 
@@ -85,12 +85,39 @@ def test_an_interrupt_waits_for_running_chunks_and_drops_the_others():
     assert sorted(started) == sorted(ended) and len(started) < 100
 
 
+@pytest.mark.parametrize(("cost", "n"), [(0.0, 3000), (1e-4, 3000), (0.03, 4)])
+def test_ranges_take_as_long_as_is_said_however_long_an_item_takes(cost, n):
+    sizes = []
+
+    def part(begin, end):
+        sizes.append(end - begin)
+        time.sleep(cost * (end - begin))
+
+    parallel.run(part, n, 1)
+    assert sum(sizes) == n and max(sizes) * cost <= 3 * ranges.LONGEST
+    assert len(sizes) < 6 + n * cost / ranges.LONGEST * 4
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_what_runs_is_told_to_stop_at_an_interrupt(threads):
+    stopped = threading.Event()
+
+    def part(begin, end):
+        assert stopped.wait(20)
+
+    start = time.monotonic()
+    threading.Timer(0.1, signal.raise_signal, (signal.SIGINT,)).start()
+    with pytest.raises(KeyboardInterrupt):
+        parallel.run(part, 4, threads, stop=stopped.set)
+    assert time.monotonic() - start < 5
+
+
 @pytest.mark.parametrize("n", [0, 10, parallel.GRAIN, 5 * parallel.GRAIN + 3])
 def test_cheap_items_come_in_large_chunks(n, monkeypatch):
     monkeypatch.setattr(parallel, "thread_count", lambda threads=None: threads or 2)
-    ranges = []
-    parallel.split(lambda begin, end: ranges.append((begin, end)), n)
-    assert sum(end - begin for begin, end in ranges) == n and len(ranges) <= 2
+    found = []
+    parallel.split(lambda begin, end: found.append((begin, end)), n)
+    assert sum(end - begin for begin, end in found) == n and len(found) <= 3
 
 
 @pytest.fixture
@@ -106,8 +133,10 @@ def test_batches_on_several_threads_are_the_same_bits(one_thread_again, monkeypa
     alone = (motors * motors).values, (motors >> points).values
     bladesmith.set_threads(3)
     shared = []
-    ran = parallel.run
-    monkeypatch.setattr(parallel, "run", lambda *a, **k: shared.append(a[1:3]) or ran(*a, **k))
+    ran = parallel._run_threaded
+    monkeypatch.setattr(
+        parallel, "_run_threaded", lambda part, ranges, *a: shared.append((ranges.n, *a)) or ran(part, ranges, *a)
+    )
     together = (motors * motors).values, (motors >> points).values
     assert shared and set(shared) == {(N, 3)}
     assert all(np.array_equal(a.view(np.uint64), b.view(np.uint64)) for a, b in zip(alone, together, strict=True))

@@ -13,6 +13,7 @@ import pytest
 
 import bladesmith as bs
 from bladesmith.codegen.algebra.loader import data_from_algebra
+from bladesmith.common import data_files
 
 
 def test_round_trips(tmp_path: Path) -> None:
@@ -133,9 +134,11 @@ def test_an_interrupted_save_leaves_the_old_file(tmp_path: Path, monkeypatch: py
     def interrupted(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(np, "savez", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        bs.save(path, bs.algebra(2).e2)
+    for owner, name in ((data_files.npy, "write_array_header_1_0"), (os, "replace")):
+        with monkeypatch.context() as patched:
+            patched.setattr(owner, name, interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                bs.save(path, bs.algebra(2).e2)
     assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]
 
 

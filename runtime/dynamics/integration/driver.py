@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -13,9 +12,9 @@ from numpy.typing import NDArray
 
 from ...codegen.algorithms.dynamics.records import FINE, Code, Constraint, Control, Progress, Reached, state_record
 from ...codegen.execute.in_place import Bound, InPlace, Kept
-from ...codegen.interrupts import deferred_interrupts
 from ...codegen.ir.loops.records import Record
 from ...common import parallel
+from ...common.memory import filled
 from ..assembly.data import Assembly
 from .integrators import Method
 from .program import program_for
@@ -304,7 +303,7 @@ class Run:
     def _allocate(self, driver: Driver, times: Array) -> None:
         self.driver, self.times = driver, np.ascontiguousarray(times, np.float64)
         n, stores, bodies, record = driver.size, len(times), driver.bodies, state_record(driver.bodies)
-        self._states = np.full((n, stores, record.size), np.nan)
+        self._states = filled((n, stores, record.size), np.nan)
         self._progress, self._reached = np.zeros((n, Progress.size), np.int64), np.zeros((n, Reached.size))
         self._name_fields(((record, self._states), (Progress, self._progress), (Reached, self._reached)))
         self.motors = self.motors.reshape(n, stores, bodies, 8)
@@ -313,7 +312,7 @@ class Run:
         if n > 1:
             self.number[:] = np.arange(n)
         self.reached[:] = self.times[0]
-        self.tangents = np.full((n, stores, driver.tangents, 2, bodies, 6), np.nan)
+        self.tangents = filled((n, stores, driver.tangents, 2, bodies, 6), np.nan)
         self.event_tangents = np.zeros(driver.tangents)
 
     def _name_fields(self, layouts: Iterable[tuple[Record, Array]]) -> None:
@@ -337,17 +336,8 @@ class Run:
         """Mark unfinished simulations as stopped."""
         self.status[(self.stored < len(self.times)) & (self.status == OK)] = STOPPED
 
-    def _run_interruptibly(self, part: Callable[[int, int], None]) -> None:
-        """Run a single simulation in another thread: an interrupt does not wait for a step of many bodies."""
-        with deferred_interrupts() as tell, ThreadPoolExecutor(1, thread_name_prefix="bladesmith") as pool:
-            future = pool.submit(part, 0, 1)
-            try:
-                while wait([future], timeout=parallel.POLL)[1]:
-                    tell()
-            except BaseException:
-                self._control[_STOP] = 1
-                raise
-        future.result()
+    def _request_stop(self) -> None:
+        self._control[_STOP] = 1
 
     def _run_parts(self) -> None:
         """Run parts of the simulations on threads, each with a workspace."""
@@ -385,11 +375,9 @@ class Run:
             if is_whole or (size == 1 and not is_long):  # a pool would cost more than a short run
                 parallel.thread_count(threads)
                 part(0, size)
-            elif size == 1 and is_long:
-                parallel.thread_count(threads)
-                self._run_interruptibly(part)
             else:
-                parallel.run(part, size, threads)
+                waits = not is_serial and (is_long or parallel.thread_count(threads) > 1)
+                parallel.run(part, size, threads, stop=self._request_stop if waits else None)
         except BaseException:
-            self._control[_STOP] = 1
+            self._request_stop()
             raise

@@ -11,6 +11,7 @@ from ...codegen.algorithms.dynamics.records import Control, Progress, Reached
 from ...codegen.algorithms.trees.motion_records import KeptMotion, LinkWork, Options, RowWork, Settings
 from ...codegen.algorithms.trees.stage_systems import numbers_of_stages
 from ...codegen.programs.chains import identity_rotor
+from ...common.memory import filled
 from ..assembly.data import Assembly
 from ..integration.driver import STEPS, Run
 from ..integration.integrators import Method
@@ -128,9 +129,9 @@ class TreeRun(Run):
         self.driver, self.times = driver, np.ascontiguousarray(times, np.float64)
         shape = driver.size, len(times)
         self.motors, self.twists, self.reactions = (
-            np.full((*shape, driver.bodies, k), np.nan) for k in (8, 6, 6)
+            filled((*shape, driver.bodies, k), np.nan) for k in (8, 6, 6)
         )
-        self.coordinates = np.full((*shape, 2, driver.tree.count), np.nan)
+        self.coordinates = filled((*shape, 2, driver.tree.count), np.nan)
         self.violations = np.zeros(shape)
         self._progress = np.zeros((shape[0], Progress.size), np.int64)
         self._reached = np.zeros((shape[0], Reached.size))

@@ -66,7 +66,7 @@ def _run_parallel(run: Binding, operands: Sequence[Array], threads: int) -> tupl
         chunk = [a[begin:end] if len(a) == n else a for a in flat]
         run.run(chunk, [r[begin:end] for r in results], end - begin)
 
-    parallel.split(part, n, threads)
+    parallel.split(part, n, threads=threads)
     return tuple(r.reshape(lead + r.shape[1:]) for r in results)
 
 

@@ -16,7 +16,7 @@ from ...codegen.programs.mechanisms.config import Cut, Link, MechanismConfig, Ta
 from ...codegen.programs.mechanisms.program import work_of
 from ...codegen.programs.mechanisms.tables import mechanism_tables
 from ...common import parallel
-from ...common.memory import check_workspace
+from ...common.memory import check_workspace, filled
 from .loop_calls import LoopCall, mechanism_loop
 from .shared_objects import SharedObjects, shared_objects
 from .structure import Assembly
@@ -218,7 +218,7 @@ class Driver:
         """Motors (paths, steps, bodies, 8), largest remaining errors and codes (paths, steps): nothing is found yet."""
         shape = (paths, steps)
         return {
-            "motors": np.full((*shape, len(self.order), 8), np.nan), "residual": np.full(shape, np.nan),
+            "motors": filled((*shape, len(self.order), 8), np.nan), "residual": np.full(shape, np.nan),
             "status": np.full(shape, LATE, np.int64),
         }  # fmt: skip
 

@@ -213,7 +213,7 @@ class Driver:
 
 def _run(plan: Plan, arrays: Sequence[Array], n: int, threads: int | None) -> None:
     """Run a loop over n items."""
-    parallel.split(_bound(plan, *arrays), n, 1 if plan[0].runs_whole else threads)
+    parallel.split(_bound(plan, *arrays), n, threads=threads, is_whole=plan[0].runs_whole)
 
 
 def _bound(plan: Plan, *arrays: Array) -> Run:

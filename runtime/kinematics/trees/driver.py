@@ -140,7 +140,7 @@ class TreeDriver:
         arrays = [gravity, *(np.ascontiguousarray(a) for a in given), values]
         for direction, column in zip(directions, columns, strict=True):
             run, loop = self.bind(name, 1, [*arrays, np.ascontiguousarray(direction), column], by)
-            parallel.split(run, items, 1 if loop.runs_whole else threads)
+            parallel.split(run, items, threads=threads, is_whole=loop.runs_whole)
         return np.ascontiguousarray(columns.transpose(1, 2, 0))
 
     def _run(
@@ -148,7 +148,7 @@ class TreeDriver:
     ) -> None:
         arrays = [*shared, *(np.ascontiguousarray(a) for a in given), result]  # alive while the loop runs
         run, loop = self.bind(name, len(shared), arrays)
-        parallel.split(run, len(result), 1 if loop.runs_whole else threads)
+        parallel.split(run, len(result), threads=threads, is_whole=loop.runs_whole)
 
     def bind(self, name: str, shared: int, arrays: Sequence[Array], by: str = "") -> tuple[Run, Loop]:
         """A loop bound to arrays without gaps, which it reads and writes whenever it runs: the caller keeps them.

@@ -87,5 +87,5 @@ class PoseDriver:
                 loop.bind([*self._held, loop.hold(part), loop.hold(room)], strides, counts)(0, last - first)
                 motors[:, first:last] = np.swapaxes(room[: last - first], 0, 1)
 
-        parallel.split(run, items, 1 if loop.runs_whole else threads)
+        parallel.split(run, items, threads=threads, is_whole=loop.runs_whole)
         return motors

@@ -20,20 +20,28 @@ PER_PIXEL = 1
 PER_CHANNEL = 4
 
 
-@dataclass(frozen=True, eq=False)
 class PartialPicture:
     """The finished part of a picture whose render was stopped.
 
     Attributes
     ----------
-    layers : dict
-        Arrays as from `Scene.layers`; NaN, or -1 in ``cost``, where nothing was rendered.
     done : (height, width) array of bool
         Pixels that were rendered.
     """
 
-    layers: dict[str, Array]
-    done: NDArray[np.bool_]
+    def __init__(self, layers: dict[str, Array], done: NDArray[np.bool_]) -> None:
+        self._layers, self.done = layers, done
+        self._is_filled = False
+
+    @property
+    def layers(self) -> dict[str, Array]:
+        """Arrays as from `Scene.layers`; NaN, or -1 in ``cost``, where nothing was rendered."""
+        if not self._is_filled:  # not before: to write the memory of a large picture takes longer than an interrupt may
+            left = ~self.done
+            for name, array in self._layers.items():
+                np.copyto(array, LAYERS[name].missing, where=left if array.ndim == left.ndim else left[..., None])
+            self._is_filled = True
+        return self._layers
 
     @property
     def image(self) -> Array:
@@ -86,10 +94,7 @@ class Canvas:
             raise SceneError(_memory_fault(width, height, names, dtype)) from None
 
     def partial(self) -> PartialPicture:
-        """The pixels that are done; all others get their layer's missing value."""
-        left = ~self.done
-        for name, array in self.arrays.items():
-            np.copyto(array, LAYERS[name].missing, where=left if array.ndim == left.ndim else left[..., None])
+        """The pixels that are done."""
         return PartialPicture(self.arrays, self.done)
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
+import operator
 import pickle
+import signal
 import subprocess
 import sys
 import threading
+from functools import partial
 
 import numpy as np
 import pytest
@@ -53,33 +57,45 @@ def test_what_is_on_a_block_keeps_it(view) -> None:
     assert store.kept == kept + LEAST
 
 
-def test_small_results_and_those_beyond_the_limit_are_as_usual() -> None:
-    store = ResultMemory(2 * LEAST)
-    for shape in ((10, 8), (3 * LEAST,)):
+def test_small_results_and_those_beyond_half_of_the_limit_are_as_usual() -> None:
+    store = ResultMemory(4 * LEAST)
+    for shape in ((10, 8), (2 * LEAST,)):
         array = store.empty(shape, np.uint8)
         assert array.flags.owndata
         del array
         assert store.kept == 0
-    assert ResultMemory(0).empty(SHAPE, float).flags.owndata
+    for most in (0, LEAST, 3 * LEAST):
+        assert ResultMemory(most).empty(SHAPE, float).flags.owndata
 
 
 def test_no_more_is_kept_than_the_limit() -> None:
-    store = ResultMemory(2 * LEAST)
-    arrays = [store.empty(SHAPE, float) for _ in range(5)]
-    last = {address(a) for a in arrays[3:]}
-    for i in range(5):
-        arrays[i] = None
-    assert store.kept == 2 * LEAST
-    assert {address(store.empty(SHAPE, float)) for _ in range(2)} <= last
+    store = ResultMemory(16 * LEAST)
+    sizes = [size for size in (LEAST, 2 * LEAST - 1, 2 * LEAST, 4 * LEAST - 1, 7 * LEAST) for _ in range(4)]
+    arrays = [store.empty((size,), np.uint8) for size in sizes]
+    largest = {address(a) for a in arrays[-4:]}
+    assert store.kept == 0
+    arrays.clear()
+    assert 10 * LEAST < store.kept <= 16 * LEAST
+    assert address(store.empty((7 * LEAST,), np.uint8)) in largest
 
 
 def test_blocks_are_not_given_to_much_smaller_results() -> None:
     store = ResultMemory(8 * LEAST)
-    big = store.empty((2 * LEAST,), np.uint8)
+    big = store.empty((2 * LEAST - 1,), np.uint8)
     at = address(big)
     del big
     assert address(store.empty((LEAST,), np.uint8)) != at
     assert address(store.empty((2 * LEAST - LEAST // 4,), np.uint8)) == at
+
+
+def test_an_interrupt_is_not_lost_where_an_array_goes() -> None:
+    """Python would run a method `__del__` there, raise the interrupt in it, and drop it."""
+    store, raised = ResultMemory(4 * LEAST), partial(ctypes.CDLL(None)["raise"], signal.SIGINT)
+    for _ in range(20):
+        arrays = [store.empty(SHAPE, float)]
+        with pytest.raises(KeyboardInterrupt):
+            list(map(operator.call, [raised, arrays.clear]))  # the signal comes, the array goes, then Python looks
+        assert not arrays and store.kept == LEAST
 
 
 def test_threads_never_share_a_block() -> None:

@@ -1,0 +1,62 @@
+"""Ranges of a batch, one compiled call each: short enough for interrupts to be seen between them, however long an
+item takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+
+#: Seconds that a call of compiled code takes at most, as far as those before it tell.
+LONGEST = 0.1
+#: A range has at most so many times as many items as the one that was timed.
+GROWTH = 8
+#: Items of a first range, of which nothing is known.
+FIRST = 16
+#: The same for cheap items, such as products: less than a call of Python costs beside them.
+FIRST_CHEAP = 1 << 14
+
+
+class TimedRanges:
+    """Ranges that cover [0, n).
+
+    Parameters
+    ----------
+    n : int
+    first, most : int
+        Items of the first range, and of the longest.
+    """
+
+    def __init__(self, n: int, first: int, most: int) -> None:
+        self.n, self.size, self.most = n, min(first, most), most
+        self.begin = 0
+
+    def __iter__(self) -> TimedRanges:
+        return self
+
+    def __next__(self) -> tuple[int, int]:
+        begin = self.begin
+        if begin >= self.n:
+            raise StopIteration
+        self.begin = min(begin + self.size, self.n)
+        return begin, self.begin
+
+    def timed(self, items: int, seconds: float) -> None:
+        """Say how long a range took."""
+        times = min(GROWTH, LONGEST / max(seconds, 1e-9))
+        self.size = min(self.most, max(1, int(items * times)))
+
+
+def run_serially(run: Callable[[int, int], None], n: int, first: int | None = None) -> None:
+    """Run items 0 .. n - 1 in this thread, in calls of some 0.1 s, of ``first`` items at first."""
+    first = first or FIRST_CHEAP
+    if n <= first:
+        run(0, n)
+        return
+    ranges = TimedRanges(n, first, n)
+    for begin, end in ranges:
+        start = perf_counter()
+        run(begin, end)
+        ranges.timed(end - begin, perf_counter() - start)
+
+
+__all__ = ["FIRST", "FIRST_CHEAP", "TimedRanges", "run_serially"]
