@@ -370,4 +370,5 @@ def broadcast_leads(leads: Sequence[tuple[int, ...]], symbol: str) -> tuple[int,
         return np.broadcast_shapes(*leads)
     except ValueError:
         shapes = " and ".join(str(s) for s in leads)
-        raise ShapeError(f"{symbol}: leading shapes {shapes} do not broadcast.") from None
+        what = f"shapes {shapes} of items do not broadcast; insert axes with a[:, None]. (Seen by {symbol}.)"
+        raise ShapeError(what) from None

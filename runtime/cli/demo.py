@@ -77,8 +77,10 @@ def command(out: Path, width: int | None, threads: int | None, feedback: options
 
     Needs no input file and no network. Opens with bladesmith-demo/index.html, which is written after each part.
     """
+    from ..common.files import check_folder
+
+    check_folder(out)
     page = Page(out, width)
-    page.folder.mkdir(parents=True, exist_ok=True)
     try:
         page.do("Rendering the scene", lambda: _render(page, threads, feedback.shows_bars))
         page.do("Compiling a formula", lambda: _compile(page))

@@ -10,6 +10,8 @@ import click
 from . import options
 from .outputs import check_outputs, save_partial
 
+#: Suffixes of results.
+RESULTS = (".json", ".tum")
 NOTICE = "preparing: what these kinds of object need is compiled once, and kept"
 
 
@@ -51,12 +53,15 @@ def command(
     Says on stdout what was found. The exit status is 1 if the pose is not to be relied on. Ctrl-C keeps the best so
     far, in result.partial.json beside the file that was asked for.
     """
+    from ..common.files import output_path
     from ..errors import Interrupted
     from ..plot.style import check_suffix
     from ..registration import register
     from ..registration.summary import summary
 
     check_outputs([x for x in (output, picture) if x is not None], [query, reference], "a model")
+    if output is not None and output.suffix:  # devices have none
+        output_path(output, "a registration", "registrations", RESULTS)
     if picture is not None:
         check_suffix(picture)
     models = _load(query), _load(reference)

@@ -16,6 +16,8 @@ from .arguments import Array, algebra, as_pose, as_poses, call, with_strict
 
 #: How poses go from one to another.
 PATHS = ("screw", "straight")
+#: Columns of a motor that are its rotor.
+ROTATION = [0, 4, 5, 6]
 #: Steps of a mean: each leaves about the cube of the spread.
 STEPS = 64
 #: Steps of a mean below this, in radians and relative to the largest position, that hardly become less are rounding.
@@ -65,7 +67,8 @@ def mean(x: Multivector, weights: Any = None, axis: int = 0, strict: bool = Fals
     Returns
     -------
     Multivector
-        `NOT_CONVERGED` and NaN where 64 steps do not lead there.
+        `NOT_CONVERGED` and NaN where 64 steps do not lead there. `NOT_UNIQUE`: to rounding, two poses are half a turn
+        apart, or more of them are as near to other rotations, as three are a third of a turn apart around an axis.
     """
     pose = as_pose(x)
     place = as_axis(axis, pose.shape, "x has the")
@@ -89,16 +92,30 @@ def mean(x: Multivector, weights: Any = None, axis: int = 0, strict: bool = Fals
                 break
             before = size
     m = invalidate_nonfinite(m)
-    if open_.any():
+    several = _has_several(items, fraction) if count > 1 else np.zeros_like(open_)
+    if open_.any() or several.any():
         status = np.zeros(m.shape, np.uint8) if m._status is None else m._status.copy()
+        status[several & (status == Status.OK)] = Status.NOT_UNIQUE
         status[open_] = Status.NOT_CONVERGED
         m = Multivector._make(m._type, np.where(open_[..., None], m.dtype.type(np.nan), m._data), m.shape, status)
     return with_strict(m, strict, "mean")
 
 
+def _has_several(items: Multivector, fraction: Array) -> Any:
+    """Whether the weighted spread of the rotations says nothing of where their mean is: quaternions at right angles."""
+    q = items._data[..., ROTATION]
+    spread = np.einsum("n...,n...i,n...j->...ij", fraction, q, q)
+    largest = np.linalg.eigvalsh(np.where(np.isfinite(spread), spread, 0.0))[..., 2:]
+    near = 16 * np.finfo(q.dtype).eps
+    several = largest[..., 1] - largest[..., 0] <= near
+    if len(q) == 2:
+        several |= (np.abs((q[0] * q[1]).sum(-1)) <= near) & (fraction > 0).all(0)
+    return several
+
+
 def _start(items: Multivector, fraction: Array) -> Multivector:
     """The normalized sum of the motors, of signs like that of the first."""
-    first = (items._data[:1] * items._data)[..., [0, 4, 5, 6]].sum(-1)
+    first = (items._data[:1] * items._data)[..., ROTATION].sum(-1)
     sign = np.where(first < 0, -1.0, 1.0).astype(items.dtype)
     total = ((fraction * sign)[..., None] * items._data).sum(0)
     home = algebra()

@@ -275,6 +275,12 @@ def interrupt(*_):
 
 
 @pytest.mark.compiles
+def test_a_folder_that_cannot_be_made_is_bad_input(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert main.run(["demo", "-o", str(tmp_path / "file" / "d"), "--quiet"]) == main.BAD_INPUT
+    assert "cannot be written: Not a directory" in capsys.readouterr().err
+
+
 def test_the_demo_keeps_what_was_done_before_an_interrupt(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(demo, "_compile", interrupt)
     assert main.run(["demo", "-o", str(tmp_path / "d"), "--width", "48", "--quiet"]) == main.INTERRUPTED

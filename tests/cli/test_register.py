@@ -202,6 +202,7 @@ def test_motions_that_are_left_free_are_a_failure_in_words(tmp_path, capsys):
         ([QUERY, TABLE, "--start", "nearby"], "InputError: start is 'nearby'; one of global, proximity is needed"),
         ([QUERY, TABLE, "--start", "none.json"], "InputError: none.json: cannot be read"),
         ([QUERY, TABLE, "-o", "no/r.json"], "InputError: no/r.json: there is no folder no."),
+        ([QUERY, TABLE, "-o", "r.txt"], "InputError: r.txt: registrations are written as .json or .tum, not .txt"),
         ([QUERY, TABLE, "-o", "."], "InputError: .: it is a folder."),
         ([QUERY, "empty.json", "-o", "empty.json"], "empty.json: the result would take the place of a model."),
         ([QUERY, TABLE, "--picture", "p.xyz"], "InputError: p.xyz: 'xyz' is not a format of pictures. Use one of"),
@@ -230,7 +231,7 @@ def test_nothing_is_left_under_the_final_name_by_a_full_disk_or_an_interrupt(whe
     def fail(*_, **__):
         raise what
 
-    target = {"text": "pathlib.Path.write_bytes", "picture": "matplotlib.figure.Figure.savefig"}[when]
+    target = {"text": "tempfile.mkstemp", "picture": "matplotlib.figure.Figure.savefig"}[when]
     monkeypatch.setattr(target, fail)
     places = {name: tmp_path / name for name in ("r.json", "p.png")}
     status = main.run(["register", QUERY, TABLE, "-o", str(places["r.json"]), "--picture", str(places["p.png"])])

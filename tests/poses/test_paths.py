@@ -130,6 +130,20 @@ def test_means_of_two_of_translations_and_of_batches() -> None:
     assert distance(poses.mean(batch, weights, axis=1)[2], poses.mean(batch[2], weights[2])) < 2e-15
 
 
+def test_means_that_are_not_the_only_ones_say_so() -> None:
+    for dtype in (np.float64, np.float32):
+        for axis in ((0, 0, 1), (1, 2, 3)):
+            turns = np.asarray(axis, dtype) / np.linalg.norm(axis).astype(dtype)
+            for angles, weights, status in (
+                ((0, np.pi), None, Status.NOT_UNIQUE), ((0, np.pi), [1, 3], Status.NOT_UNIQUE),
+                ((0, 2 * np.pi / 3, 4 * np.pi / 3), None, Status.NOT_UNIQUE), ((0, np.pi), [1, 0], Status.OK),
+                ((0, 3.1), None, Status.OK), ((0, np.pi, 0.1), None, Status.OK), ((0.0,), None, Status.OK),
+            ):  # fmt: skip
+                x = poses.from_rotation_vector(np.asarray(angles, dtype)[:, None] * turns, (1, 2, 3))
+                found = poses.mean(x, weights)
+                assert found.status == status and np.isfinite(found.values).all()
+
+
 def test_means_of_bad_input() -> None:
     x = some(3)
     assert poses.mean(poses.from_quaternion([[1, 0, 0, 0], [1, 1, 0, 0]], strict=False)).status == Status.INVALID

@@ -142,7 +142,7 @@ def test_what_cannot_be_written_leaves_what_was_there(swing, tmp_path, monkeypat
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr("os.replace", full)
     with pytest.raises(InputError, match=r"a.npz: cannot be written: No space left on device"):
         found.save(path)
     monkeypatch.undo()

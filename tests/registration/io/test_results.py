@@ -106,7 +106,7 @@ def test_what_cannot_be_saved_leaves_the_old_file(tmp_path, monkeypatch):
         registration.save_registration(place, {})
     with pytest.raises(InputError, match="cannot be written: No such file"):
         registration.save_registration(tmp_path / "no" / "r.json", result)
-    monkeypatch.setattr(Path, "write_bytes", full_disk)
+    monkeypatch.setattr("os.replace", full_disk)
     with pytest.raises(InputError, match="cannot be written: No space left"):
         registration.save_registration(place, result)
     assert [p.name for p in tmp_path.iterdir()] == ["r.json"] and place.read_text() == "old"
