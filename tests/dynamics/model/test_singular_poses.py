@@ -42,8 +42,8 @@ def test_parallelograms_go_on_through_poses_where_they_lie_flat(count: int, opti
     tip = 2 * motion["crank 0"].position
     assert np.abs(tip[:, 0] - np.sin(angle)).max() <= off and np.abs(tip[:, 1] - np.cos(angle)).max() <= off
     assert np.abs(motion.energy - energy).max() <= off * energy
-    # next to a flat pose a row counts as redundant, and what a long step left of its error stays: 3e-8 in the worst of 300
-    # starts that differ in the ninth digit, 1e-9 in all but two
+    # next to a flat pose a row counts as redundant, and what a long step left of its error stays: 3e-8 in the worst of
+    # 300 starts that differ in the ninth digit, 1e-9 in all but two
     assert motion.violation.max() <= 1e-7 and np.median(motion.violation) <= 1e-12
     apart = motion[f"crank {count}"].position - motion["crank 0"].position
     assert np.abs(apart - [count, 0, 0]).max() <= 1e-6  # none has crossed

@@ -6,7 +6,6 @@ import csv
 import json
 import re
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
