@@ -139,6 +139,21 @@ POSES = (
     "inverse",
     "position",
 )
+#: The same with options; where there are statuses, they are asked for.
+POSES_WITH_OPTIONS: dict[str, Callable[[Any], Any]] = {
+    **{
+        f"to_euler {sequence}": lambda x, sequence=sequence: poses.to_euler(x, sequence, status=True)
+        for sequence in ("xyz", "ZYX", "zxz", "YXY")
+    },
+    "to_euler in degrees": lambda x: poses.to_euler(x, "zyx", degrees=True, status=True),
+    "to_quaternion, canonical": lambda x: poses.to_quaternion(x, "xyzw", canonical=True, status=True),
+    "to_rotation_vector, with status": lambda x: poses.to_rotation_vector(x, status=True),
+    "to_matrix, with status": lambda x: poses.to_matrix(x, status=True),
+    "position, with status": lambda x: poses.position(x, status=True),
+    "log, shortest": lambda x: poses.log(x, shortest=True, status=True),
+    "act": lambda x: poses.act(x, (1.0, 2.0, 3.0), status=True),
+    "rotate": lambda x: poses.rotate(x, (1.0, 2.0, 3.0), status=True),
+}
 JACOBIANS = ("exp", "left_jacobian", "right_jacobian", "inverse_left_jacobian", "inverse_right_jacobian")
 
 
@@ -163,14 +178,20 @@ def cases() -> Iterator[tuple[str, Any, tuple[str, ...], Callable[..., Any]]]:
         yield f"poses.{name}", pga, ("motor",), getattr(poses, name)
     for name in JACOBIANS:
         yield f"poses.{name}", pga, ("twist",), getattr(poses, name)
-    yield "poses.interpolate", pga, ("motor", "motor"), lambda a, b: poses.interpolate(a, b, 0.3)
+    for name, of_pose in POSES_WITH_OPTIONS.items():
+        yield f"poses.{name}", pga, ("motor",), of_pose
+    for path in ("screw", "straight"):
+        yield f"poses.interpolate, {path}", pga, ("motor",) * 2, lambda a, b, p=path: poses.interpolate(a, b, 0.3, p)
+    yield "poses.compose", pga, ("motor", "motor"), poses.compose
     yield "closest_point", cga, ("line", "line"), objects.closest_point
     for kind in ("circle", "line", "point_pair"):
         yield f"common_sphere of {kind}", cga, (kind, kind), objects.common_sphere
 
 
 CASES = {name: rest for name, *rest in cases()}
-DROPS_STATUS = ("dual", "square", "product", "outer", "inner", "regressive", "commutator", "motor on")
+DROPS_STATUS = (
+    "dual", "square", "product", "outer", "inner", "regressive", "commutator", "motor on", "poses.compose",
+)  # fmt: skip
 
 
 def parts(result: Any) -> list[tuple[Any, Any]]:
