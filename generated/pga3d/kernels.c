@@ -252,6 +252,29 @@ void bs_run_plan(const bs_plan *plan)
   bs_tables[plan->single][plan->kernel](0, plan->n, plan->outs, plan->ins, plan->strides);
 }
 
+/* A kernel as a function of single items: where its results stand in the memory of a call, in bytes from its beginning,
+ * and their numbers of numbers; 0 of a status. */
+typedef struct { int kernel, single, count; ptrdiff_t places[8], sizes[8]; } bs_item;
+
+/* One item of a kernel of up to four operands; returns 1 for a number that is not finite, 2 for a status, 0 for neither. */
+int bs_run_item(const bs_item *item, void *out, const void *a, const void *b, const void *c, const void *d)
+{
+  const void *const ins[4] = {a, b, c, d};
+  const ptrdiff_t strides[4] = {0, 0, 0, 0};
+  char *const first = (char *)out;
+  void *outs[8];
+  double total = 0;
+  int told = 0;
+  for (int o = 0; o < item->count; o++) outs[o] = first + item->places[o];
+  bs_tables[item->single][item->kernel](0, 1, outs, ins, strides);
+  for (int o = 0; o < item->count; o++) {
+    const ptrdiff_t size = item->sizes[o];
+    if (!size) told |= *(const unsigned char *)outs[o];
+    for (ptrdiff_t i = 0; i < size; i++) total += 0 * (item->single ? ((const float *)outs[o])[i] : ((const double *)outs[o])[i]);
+  }
+  return (total == 0 ? 0 : 1) | (told ? 2 : 0);
+}
+
 /* Rows of b at a time: they stay in the nearest cache while the rows of a pass by. */
 #define BS_TILE 256
 

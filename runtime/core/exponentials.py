@@ -17,7 +17,7 @@ from ..common.dtypes import F32, F64
 from ..common.validation import as_bool
 from ..dispatch import kind_inference
 from ..dispatch.coefficients import embed
-from ..dispatch.formulas import evaluate, invalidate, invalidate_nonfinite, raise_first
+from ..dispatch.formulas import evaluate, invalidate, invalidate_nonfinite, item_value, raise_first
 from .operators import Operators, P
 
 #: The series of `exp` runs on arguments of at most 2^-4, halved until they are.
@@ -41,7 +41,10 @@ def exp(x: P, strict: bool = False) -> P:
     The series is accurate to some |x| rounding units of exp |x|, with the sum of absolute coefficients for |x|: of a
     rotation by 1e6, 10 digits are left.
     """
-    formula = x._type.memoize("exp", lambda: _exp_formula(x)) if x.grades == (2,) else ""
+    formula = x._type.memoize("exp", lambda: _exp_formula(x) if x.grades == (2,) else "")
+    usual = item_value(x.algebra, formula, (x,)) if formula else None
+    if usual is not None and strict is False:
+        return _as_versor(usual)  # type: ignore[type-var]
     value = _as_versor(evaluate(x.algebra, formula, x).value) if formula else _exp_series(x)
     result: P = invalidate_nonfinite(value)
     if as_bool(strict, "strict"):
@@ -140,21 +143,21 @@ def sqrt(x: P, strict: bool = False) -> P:
 
 
 def _rotor_function(x: P, name: str, strict: bool) -> P:
-    even = all(g % 2 == 0 for g in x.grades)
-    if not even or 0 not in x.grades:
+    if not x._type.memoize("even", lambda: 0 in x.grades and all(g % 2 == 0 for g in x.grades)):
         raise NotARotorError(
             f"{name} of a {x.kind.name} of {x.algebra.name}: it has no rotor's blades.",
             remedy="Rotors are even, with a scalar part",
         )
+    formula = x._type.memoize(name, lambda: _rotor_formula(x, name))
     try:
-        outcome = evaluate(x.algebra, x._type.memoize(name, lambda: _rotor_formula(x, name)), x)
+        usual = item_value(x.algebra, formula, (x,))
+        result: P = evaluate(x.algebra, formula, x).value if usual is None else usual
     except GradeError as error:
         raise NotARotorError(str(error)) from None
-    result: P = outcome.value
     if not x.kind.constraints and not x._largest_coefficient() < MAX_SCALE[x.dtype]:
         with np.errstate(all="ignore"):  # no unit rotor has squares beyond the range of numbers; a formula's test has
             result = invalidate(result, ~np.isfinite(x.scalar_product(~x)._data[..., 0]))
-    if as_bool(strict, "strict"):
+    if strict is not False and as_bool(strict, "strict"):
         raise_first(result._status, name, NotARotorError)
     return result if name == "log" else _as_versor(result)
 

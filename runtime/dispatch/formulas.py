@@ -17,17 +17,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..codegen.algebra.algebra import Kind, numbers, scalar_argument
 from ..codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, SingularError, TraceError
-from ..common.dtypes import common_precision
+from ..common.dtypes import F64, common_precision
 from ..common.validation import all_finite, as_bool, real_array
 from ..status import Status
 from . import kind_inference
 from .coefficients import embed
+from .item_plans import NO_PLAN, READY, ItemPlan, NoPlan, make_plan
 from .kernel_entries import Entry, Key, Result
-from .multivector_data import M, MultivectorData, Statuses, statuses
+from .multivector_data import M, MultivectorData, Statuses, from_buffer, statuses
 from .types import TypedAlgebra
 
 #: Items of a formula after which it is compiled: NumPy takes some microseconds for each, the compiler half a second.
 WORTH_COMPILING = 100_000
+#: What single items are given as.
+PLAIN = frozenset((tuple, list, float, int))
 #: Why an item has its status, for its index and status: the end of a message.
 Explanation: TypeAlias = Callable[[tuple[int, ...], Status], str]
 _log = logging.getLogger("bladesmith")
@@ -58,11 +61,10 @@ class ResolvedKernel:
     run: Callable[..., Any]
 
 
-@dataclass(frozen=True)
-class FormulaResult:
+class FormulaResult(NamedTuple):
     """Results of a formula: multivectors and arrays in the formula's order, and the status of each item."""
 
-    values: tuple[Any, ...]
+    values: Sequence[Any]
     status: NDArray[np.uint8] | None
 
     @property
@@ -81,6 +83,9 @@ def evaluate(algebra: TypedAlgebra, formula: str, *operands: MultivectorData | A
     GradeError
         If the formula means nothing for operands on these blades.
     """
+    usual = evaluate_item(algebra, formula, operands)
+    if usual is not None:
+        return usual
     for x in operands:
         if not isinstance(x, ArrayOperand) and x.algebra is not algebra:
             raise AlgebraMismatchError(f"{x.algebra.name} is not {algebra.name}; convert the operand first.")
@@ -97,6 +102,76 @@ def evaluate(algebra: TypedAlgebra, formula: str, *operands: MultivectorData | A
     code = next((v for v, o in zip(items, found.outputs, strict=True) if o.is_status), None)
     values = tuple(_value(algebra, v, o, code) for v, o in zip(items, found.outputs, strict=True) if not o.is_status)
     return FormulaResult(values, code)
+
+
+def evaluate_item(
+    algebra: TypedAlgebra, formula: str, operands: Sequence[MultivectorData | ArrayOperand]
+) -> FormulaResult | None:
+    """`evaluate` for single items in double precision, all finite and OK; None where anything is not as usual."""
+    plan, pointers = item_plan(algebra, formula, operands)
+    values = plan.values(pointers)
+    return None if values is None else FormulaResult(values, plan.status)
+
+
+def item_value(
+    algebra: TypedAlgebra, formula: str, operands: Sequence[MultivectorData | ArrayOperand]
+) -> MultivectorData | None:
+    """The first result of `evaluate_item`, a multivector."""
+    plan, pointers = item_plan(algebra, formula, operands)
+    return plan.value(pointers)  # type: ignore[no-any-return]
+
+
+def item_plan(
+    algebra: TypedAlgebra, formula: str, operands: Sequence[MultivectorData | ArrayOperand]
+) -> tuple[ItemPlan | NoPlan, Sequence[Any]]:
+    """The plan for single operands in double precision, and their pointers; no plan for any others."""
+    signature: list[Any] = [formula]
+    pointers: list[Any] = []
+    for x in operands:
+        if x.__class__ is ArrayOperand:
+            array = x[0]  # type: ignore[index]
+            if array.__class__ is not np.ndarray:
+                if array.__class__ not in PLAIN:
+                    return NO_PLAN, ()
+                array = np.array(array)
+                if array.dtype.kind == "i":
+                    array = array.astype(F64)
+            if array.dtype is not F64 or array.flags.num & READY != READY:
+                return NO_PLAN, ()
+            signature.append(array.shape)
+            pointers.append(from_buffer(array))
+        elif x._lead:  # type: ignore[union-attr]
+            return NO_PLAN, ()
+        else:
+            signature.append(x._type)  # type: ignore[union-attr]
+            pointers.append(x._pointer or x._point())  # type: ignore[union-attr]
+    key = tuple(signature)
+    plan = algebra.item_plans.get(key)
+    if plan is None:
+        plan = algebra.item_plans[key] = _find_item_plan(algebra, formula, key[1:], operands) or NO_PLAN
+    return plan, pointers
+
+
+def _find_item_plan(
+    algebra: TypedAlgebra, formula: str, signature: Sequence[Any], operands: Sequence[MultivectorData | ArrayOperand]
+) -> ItemPlan | None:
+    """The plan of single items; None where their blades or shapes are not those of a compiled kernel."""
+    keys: list[Key] = []
+    for own, x in zip(signature, operands, strict=True):
+        if isinstance(x, ArrayOperand):
+            count = x.key if isinstance(x.key, int) else x.key.size
+            if own != ((count,) if count else ()):
+                return None
+            keys.append(x.key)
+        elif x.algebra is not algebra or own.dtype != F64:
+            return None
+        else:
+            keys.append(own.kind)
+    found = resolve_kernel(algebra, formula, tuple(keys))
+    for key, wanted in zip(keys, found.inputs, strict=True):
+        if isinstance(key, Kind) and isinstance(wanted, Kind) and key.blades != wanted.blades:
+            return None
+    return make_plan(algebra, found.run, found.inputs, found.outputs)
 
 
 def _value(algebra: TypedAlgebra, data: NDArray[Any], result: Result, code: NDArray[np.uint8] | None) -> Any:
@@ -321,6 +396,8 @@ __all__ = [
     "array_result",
     "propagate_invalid",
     "evaluate",
+    "evaluate_item",
+    "item_value",
     "invalidate_nonfinite",
     "invalidate",
     "merge_statuses",

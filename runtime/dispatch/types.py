@@ -126,6 +126,8 @@ class TypedAlgebra(mathematics.Algebra):
         Kernels that were generated for this algebra.
     targets : dict
         Functions that evaluate formulas, by formula and kinds of operands; see `formulas.resolve_kernel`.
+    item_plans : dict
+        The same for single items, by formula, types and shapes; see `formulas.evaluate_item`.
     """
 
     multivector_class: ClassVar[type[Any]]
@@ -140,6 +142,7 @@ class TypedAlgebra(mathematics.Algebra):
     ) -> None:
         self.stock = None
         self.targets: dict[Any, Any] = {}
+        self.item_plans: dict[Any, Any] = {}
         self._types: dict[tuple[Kind, Any], Type] = {}
         self._layouts: dict[tuple[int, ...], Kind] = {}
         self._names: dict[str, tuple[int, int]] = {}

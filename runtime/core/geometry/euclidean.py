@@ -7,18 +7,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.algebra.algebra import Kind
 from ...codegen.errors import GradeError, InputError, KindError, ShapeError
 from ...common.validation import as_bool, real_array
 from ...dispatch.formulas import (
     ArrayOperand,
     evaluate,
+    evaluate_item,
     invalidate,
     invalidate_nonfinite,
+    item_value,
     merge_statuses,
     raise_first,
 )
@@ -27,6 +31,8 @@ from ...status import Status
 from ..multivector import Algebra, Multivector
 from .parameters import P, Parameters, parameters_class
 
+#: The orientation of a single object that has no other.
+ONE = np.float64(1.0)
 Translator = parameters_class("Translator", "t")
 Rotor = parameters_class("Rotor", "axis", "angle", "point")
 Motor = parameters_class("Motor", "axis", "angle", "point", "advance")
@@ -47,7 +53,11 @@ class EuclideanAlgebra(Algebra):
 
     def vector(self, value: Any, name: str) -> ArrayOperand:
         """Operand: Euclidean vectors."""
-        return ArrayOperand(value, self.kind("euclidean"), name)
+        return ArrayOperand(value, self._euclidean, name)
+
+    @cached_property
+    def _euclidean(self) -> Kind:
+        return self.kind("euclidean")
 
     def construct(self, formula: str, *operands: Multivector | ArrayOperand, strict: bool = False) -> Multivector:
         """The object that a formula makes; items that are not finite are INVALID and NaN all over.
@@ -57,15 +67,22 @@ class EuclideanAlgebra(Algebra):
         SingularError
             With ``strict``, for the first item without an object.
         """
-        outcome = evaluate(self, formula, *operands)
-        x: Multivector = outcome.value
-        x = invalidate_nonfinite(x)
-        if as_bool(strict, "strict"):
+        x: Multivector | None = item_value(self, formula, operands)
+        if x is None:
+            x = invalidate_nonfinite(evaluate(self, formula, *operands).value)
+        if strict is not False and as_bool(strict, "strict"):
             raise_first(x._status, formula.rpartition(".")[2])
         return x
 
     def read(self, kind: Callable[..., P], formula: str, x: Multivector, orientation: Any = None) -> P:
         """Named parameters from a formula's results."""
+        usual = evaluate_item(self, formula, (x,)) if x._status is None else None
+        if usual is not None:
+            fields = [v[0] if len(v) == 1 else v for v in map(plain, usual.values)]
+            result = kind(*fields[:orientation], *fields[orientation + 1 :]) if orientation is not None else kind(*fields)
+            result.orientation = ONE if orientation is None else fields[orientation]
+            result.status = Status.OK
+            return result
         outcome = evaluate(self, formula, x)
         fields = [v[..., 0] if v.shape[-1:] == (1,) else v for v in map(plain, outcome.values)]
         if orientation is not None:
@@ -194,12 +211,16 @@ class EuclideanAlgebra(Algebra):
         check_multivector(x)
         if x.algebra is not self:
             raise InputError(f"x belongs to {x.algebra.name}; ask that algebra for its parameters.")
-        name = next((n for n in self.readers if self.kind(n) == x.kind), None)
-        if name is None:
+        method = x._type.memoize("parameters", lambda: self._reader(x.kind))
+        if not method:
             x = self._normalize_to_kind(x)
-            name = x.kind.name
-        read: Callable[[Multivector], Parameters] = getattr(self, self.readers[name])
+            method = self.readers[x.kind.name]
+        read: Callable[[Multivector], Parameters] = getattr(self, method)
         return read(x)
+
+    def _reader(self, kind: Kind) -> str:
+        """The method that reads members of a kind; empty where there is none."""
+        return next((method for name, method in self.readers.items() if self.kind(name) == kind), "")
 
     def _normalize_to_kind(self, x: Multivector) -> Multivector:
         """x normalised to the smallest kind with parameters that holds it."""
