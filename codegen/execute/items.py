@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from functools import partial
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+import _cffi_backend
 import numpy as np
 
 from ..errors import InputError, ShapeError
@@ -16,6 +19,8 @@ from .arrays import Array, broadcast_leads, floating, parallel_for
 
 if TYPE_CHECKING:
     from ..ir.loops.nodes import Function
+
+from_buffer = _cffi_backend.FFI().from_buffer
 
 #: Integers are less than this.
 _LIMIT = 1 << 63
@@ -201,18 +206,71 @@ class CLoop(Loop):
     def __init__(self, library: Any, tag: str, name: str = "bs_loop") -> None:
         ffi = library.ffi
         self.hold, self._new, self._pointers = ffi.from_buffer, ffi.new, ffi.typeof("void *[]")
-        self._run = getattr(library.lib, f"{name}_{tag}")
+        self._run, self._null = getattr(library.lib, f"{name}_{tag}"), ffi.NULL
 
     def bind(self, arrays: Sequence[Any], strides: Any, counts: Any) -> Run:
         run = partial(self._run, self._new(self._pointers, arrays), strides, counts)
         run.__dict__["arrays"] = arrays  # of which the pointers know nothing
         return run
 
+    def item_call(
+        self, shared: Sequence[Any], strides: Any, counts: Any, shape: tuple[int, ...]
+    ) -> ItemCall:
+        """The loop for single items that share all arrays but the last one, a row, and the result.
+
+        Parameters
+        ----------
+        shared : sequence
+            As `hold` made them; who calls keeps them.
+        strides, counts
+            Of all arrays.
+        shape : tuple of int
+            Of the result.
+        """
+        return ItemCall(self._run, partial(self._pointers_of, shared), strides, counts, shape, len(shared))
+
+    def _pointers_of(self, shared: Sequence[Any]) -> Any:
+        null = self._null
+        return self._new(self._pointers, [*shared, null, null])
+
     def integers(self, values: Sequence[int]) -> Any:
         return self._new("ptrdiff_t[]", list(values))
 
     def number(self, value: Any, type: str) -> Any:
         return self._new("double *", value) if type == "Real" else self._new("ptrdiff_t *", int(value))
+
+
+class ItemCall:
+    """A compiled loop as a function of a row of numbers, for calls of single items in control loops.
+
+    Parameters
+    ----------
+    run : callable
+        The compiled loop.
+    new : callable
+        Makes its array of pointers: each thread has one of its own.
+    strides, counts : as `Loop.integers` makes them
+    shape : tuple of int
+        Of the result.
+    last : int
+        Place of the row among the arrays; the result is behind it.
+    """
+
+    def __init__(self, run: Any, new: Callable[[], Any], strides: Any, counts: Any, shape: tuple[int, ...], last: int):
+        self._run, self._new, self._strides, self._counts, self._shape = run, new, strides, counts, shape
+        self._place, self._own = last, threading.local()
+
+    def __call__(self, row: Array) -> Array | None:
+        """The result, for a row without gaps in double precision; None where it is not finite."""
+        try:
+            pointers = self._own.pointers
+        except AttributeError:
+            pointers = self._own.pointers = self._new()
+        place, result = self._place, np.empty(self._shape)
+        held, room = from_buffer(row), from_buffer(result)
+        pointers[place], pointers[place + 1] = held, room
+        self._run(pointers, self._strides, self._counts, 0, 1)
+        return result if isfinite(np.vdot(result, result)) else None
 
 
 class CompiledLoop(Loop):

@@ -26,6 +26,8 @@ Part = Callable[[int, int], None]
 CHUNKS_PER_THREAD = 16
 #: Cheap items that are worth a chunk: some 100 microseconds of work.
 GRAIN = 16384
+#: Cheap items that are one call, whatever.
+FEW = 1024
 #: Cheap items of a thread's first chunk: the more, the less a pool costs; 0.3 s of those that take 5 microseconds.
 SHARED_AT_FIRST = 1 << 16
 #: More threads than any machine runs at once: a count beyond is a mistake, and their stacks would not fit.
@@ -165,8 +167,8 @@ def split(part: Part, n: int, first: int | None = None, threads: int | None = No
         Whether all items are one call, as on a GPU.
     """
     count = thread_count(threads) if threads is not None or n >= 2 * GRAIN else 1
-    if is_whole:
-        _call(part, 0, n)
+    if is_whole or n <= FEW:
+        part(0, n)
     elif n < 2 * GRAIN or count == 1 or getattr(_inside, "running", False):
         run_serially(partial(_call, part), n, first)
     else:

@@ -6,6 +6,7 @@ by products alone.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,14 @@ from ..dispatch.coefficients import embed, normalize_exponents
 from ..dispatch.formulas import (
     evaluate,
     invalidate_nonfinite,
+    item_value,
     merge_statuses,
     propagate_invalid,
     raise_first,
     resolve_kernel,
 )
 from ..dispatch.multivector_data import check_multivector
+from ..dispatch.types import Type
 from ..status import Status
 from . import kind_constraints, linear_maps
 from .exponentials import exp, log, sqrt
@@ -34,6 +37,8 @@ from .operators import Operators, P
 
 #: The nearest motor, line, plane or sphere.
 NEAREST = "versors.normalise_flat"
+#: Items over their norms.
+NORMALISE = "versors.normalise"
 #: Deviations whose ratio is less than this say as much as each other.
 ALIKE = 4
 
@@ -82,6 +87,10 @@ def normalized(x: P, kind: str | Kind | None = None, strict: bool = False, toler
     which the object is one away from the origin (or nearer). For a circle of radius r at a distance d it is about
     r/d times the change of its shape: rounding of the coefficients at d looks small, and may be large beside r.
     """
+    if kind is tolerance is None and strict is False and not x._lead and not x.kind.constraints:
+        usual = _normalized_item(x)
+        if usual is not None:
+            return usual
     if isinstance(kind, str):
         kind = x.algebra.kind(kind)
     if tolerance is not None:
@@ -97,6 +106,27 @@ def normalized(x: P, kind: str | Kind | None = None, strict: bool = False, toler
     if as_bool(strict, "strict"):
         raise_first(result._status, "normalized")
     return result
+
+
+def _normalized_item(x: P) -> P | None:
+    """A single item at the scale of the first kind on its blades, if it clearly is a member then."""
+    found = x._type.memoize("normalized", lambda: _item_scaling(x))
+    if found is None:
+        return None
+    formula, made, is_member = found
+    result: P | None = item_value(x.algebra, formula, (x,))
+    if result is None or (result._type is not made and not is_member(*result._data.tolist())):
+        return None
+    result._type = made
+    return result
+
+
+def _item_scaling(x: Operators) -> tuple[str, Type, Callable[..., bool]] | None:
+    kind = next(iter(kind_constraints.candidate_kinds(x)), None)
+    if kind is None or x.dtype != F64 or kind.blades != x._type.blades or kind_constraints.linear_scale(kind):
+        return None
+    formula = NEAREST if _is_repaired(x, kind) else NORMALISE
+    return formula, x.algebra.type_of(kind, F64), kind_constraints.clear_member(x.algebra, kind)
 
 
 def nearest(x: P, kind: str | Kind | None, tolerance: Any, noise: float = 0.0) -> P:
@@ -206,7 +236,7 @@ def _is_repaired(x: Operators, kind: Kind) -> bool:
 
 
 def _divide_by_norm(x: P) -> P:
-    return evaluate(x.algebra, "versors.normalise", x).value  # type: ignore[no-any-return]
+    return evaluate(x.algebra, NORMALISE, x).value  # type: ignore[no-any-return]
 
 
 def reflect(x: P, mirror: P, strict: bool = False) -> P:

@@ -5,7 +5,7 @@ A user's coefficients get a constrained kind only here.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -45,6 +45,34 @@ def satisfies_constraints(kind: Kind, data: NDArray[Any]) -> NDArray[np.bool_]:
         size = size + np.where(form.whole >= 0, size[:, form.whole], 0.0)
         good = ((np.abs(value) <= tolerance(data.dtype) * size) & np.isfinite(size)).all(-1)
     return np.asarray(good).reshape(data.shape[:-1])
+
+
+#: An item that satisfies constraints to this part of the tolerance does so however sums are rounded.
+CLEARLY = 0.25
+
+
+@lru_cache(maxsize=256)
+def clear_member(algebra: Algebra, kind: Kind) -> Callable[..., bool]:
+    """A function of the coefficients of one item in double precision: whether it is clearly a member.
+
+    For an item that is not, or hardly, `satisfies_constraints` decides.
+    """
+    form, limit = quadratic_constraints(kind), CLEARLY * tolerance(np.dtype(np.float64))
+    names = [f"x{i}" for i in range(kind.size)]
+    lines, t = [f"def check({', '.join(names)}):"], form.quadratic
+    for c, constant in enumerate(form.constant.tolist()):
+        weights = [(names[i], w) for i, w in enumerate(form.linear[:, c].tolist()) if w]
+        rows = range(t.starts[c], t.starts[c + 1])
+        weights += [(f"{names[t.left[r]]} * {names[t.right[r]]}", float(t.weights[r])) for r in rows]
+        lines += [f"    t{j} = {w!r} * {term}" for j, (term, w) in enumerate(weights)]
+        terms = [f"t{j}" for j in range(len(weights))]
+        lines.append(f"    v{c} = abs({' + '.join([repr(constant), *terms])})")
+        lines.append(f"    s{c} = {' + '.join([repr(abs(constant)), *(f'abs({t})' for t in terms)])}")
+    tests = [f"v{c} <= {limit!r} * (s{c}{f' + s{w}' if w >= 0 else ''})" for c, w in enumerate(form.whole.tolist())]
+    lines.append(f"    return {' and '.join(tests)}")
+    space: dict[str, Any] = {}
+    exec("\n".join(lines), space)  # numbers and names of this function's own
+    return space["check"]  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, eq=False)

@@ -52,6 +52,10 @@ class ArrayOperand(NamedTuple):
         return real_array(self.value, self.name, (..., count) if count else None)
 
 
+#: Operands of single items; plain numbers may be an array alone.
+ItemOperand: TypeAlias = MultivectorData | ArrayOperand | NDArray[Any]
+
+
 @dataclass(frozen=True)
 class ResolvedKernel:
     """Function that evaluates a formula for operands of some kinds."""
@@ -105,7 +109,7 @@ def evaluate(algebra: TypedAlgebra, formula: str, *operands: MultivectorData | A
 
 
 def evaluate_item(
-    algebra: TypedAlgebra, formula: str, operands: Sequence[MultivectorData | ArrayOperand]
+    algebra: TypedAlgebra, formula: str, operands: Sequence[ItemOperand]
 ) -> FormulaResult | None:
     """`evaluate` for single items in double precision, all finite and OK; None where anything is not as usual."""
     plan, pointers = item_plan(algebra, formula, operands)
@@ -114,37 +118,35 @@ def evaluate_item(
 
 
 def item_value(
-    algebra: TypedAlgebra, formula: str, operands: Sequence[MultivectorData | ArrayOperand]
-) -> MultivectorData | None:
+    algebra: TypedAlgebra, formula: str, operands: Sequence[ItemOperand]
+) -> Any:
     """The first result of `evaluate_item`, a multivector."""
     plan, pointers = item_plan(algebra, formula, operands)
     return plan.value(pointers)  # type: ignore[no-any-return]
 
 
 def item_plan(
-    algebra: TypedAlgebra, formula: str, operands: Sequence[MultivectorData | ArrayOperand]
+    algebra: TypedAlgebra, formula: str, operands: Sequence[ItemOperand]
 ) -> tuple[ItemPlan | NoPlan, Sequence[Any]]:
     """The plan for single operands in double precision, and their pointers; no plan for any others."""
     signature: list[Any] = [formula]
     pointers: list[Any] = []
     for x in operands:
-        if x.__class__ is ArrayOperand:
-            array = x[0]  # type: ignore[index]
-            if array.__class__ is not np.ndarray:
-                if array.__class__ not in PLAIN:
-                    return NO_PLAN, ()
-                array = np.array(array)
-                if array.dtype.kind == "i":
-                    array = array.astype(F64)
+        array: Any = x[0] if x.__class__ is ArrayOperand else x
+        if array.__class__ in PLAIN:
+            array = np.array(array)
+            if array.dtype.kind == "i":
+                array = array.astype(F64)
+        if array.__class__ is np.ndarray:
             if array.dtype is not F64 or array.flags.num & READY != READY:
                 return NO_PLAN, ()
             signature.append(array.shape)
             pointers.append(from_buffer(array))
-        elif x._lead:  # type: ignore[union-attr]
-            return NO_PLAN, ()
+        elif isinstance(array, MultivectorData) and not array._lead:
+            signature.append(array._type)
+            pointers.append(array._pointer or array._point())
         else:
-            signature.append(x._type)  # type: ignore[union-attr]
-            pointers.append(x._pointer or x._point())  # type: ignore[union-attr]
+            return NO_PLAN, ()
     key = tuple(signature)
     plan = algebra.item_plans.get(key)
     if plan is None:
@@ -153,7 +155,7 @@ def item_plan(
 
 
 def _find_item_plan(
-    algebra: TypedAlgebra, formula: str, signature: Sequence[Any], operands: Sequence[MultivectorData | ArrayOperand]
+    algebra: TypedAlgebra, formula: str, signature: Sequence[Any], operands: Sequence[ItemOperand]
 ) -> ItemPlan | None:
     """The plan of single items; None where their blades or shapes are not those of a compiled kernel."""
     keys: list[Key] = []
@@ -163,6 +165,10 @@ def _find_item_plan(
             if own != ((count,) if count else ()):
                 return None
             keys.append(x.key)
+        elif isinstance(x, np.ndarray):
+            if len(own) > 1:
+                return None
+            keys.append(own[0] if own else 0)
         elif x.algebra is not algebra or own.dtype != F64:
             return None
         else:

@@ -27,6 +27,16 @@ OK_ALONE = np.zeros((), np.uint8)
 OK_ALONE.flags.writeable = False
 
 
+def is_plain(array: Any, shape: tuple[int, ...]) -> bool:
+    """Whether this is an array of a shape, in double precision, as compiled code takes it."""
+    return (
+        array.__class__ is np.ndarray
+        and array.shape == shape
+        and array.dtype is F64
+        and array.flags.num & READY == READY
+    )
+
+
 class ItemPlan:
     """A kernel's results in the memory of a call.
 
@@ -118,4 +128,4 @@ def make_plan(algebra: TypedAlgebra, run: Any, inputs: Sequence[Key], outputs: S
     return ItemPlan(run, len(inputs), outputs, types)
 
 
-__all__ = ["NO_PLAN", "OK_ALONE", "READY", "ItemPlan", "NoPlan", "make_plan"]
+__all__ = ["NO_PLAN", "OK_ALONE", "READY", "ItemPlan", "NoPlan", "is_plain", "make_plan"]

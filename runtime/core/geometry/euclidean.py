@@ -79,8 +79,9 @@ class EuclideanAlgebra(Algebra):
         usual = evaluate_item(self, formula, (x,)) if x._status is None else None
         if usual is not None:
             fields = [v[0] if len(v) == 1 else v for v in map(plain, usual.values)]
-            result = kind(*fields[:orientation], *fields[orientation + 1 :]) if orientation is not None else kind(*fields)
-            result.orientation = ONE if orientation is None else fields[orientation]
+            own = ONE if orientation is None else fields.pop(orientation)
+            result = kind(*fields)
+            result.orientation = own
             result.status = Status.OK
             return result
         outcome = evaluate(self, formula, x)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,26 @@ from ...common import parallel
 from ...common.dtypes import common_precision
 from ...common.validation import unknown
 from ...core.registry import stock_algebra
-from ...dispatch.formulas import TieredKernel, resolve_kernel
+from ...dispatch.formulas import TieredKernel, evaluate_item, item_plan, resolve_kernel
+from ...dispatch.item_plans import is_plain
+from ...dispatch.multivector_data import from_buffer
 
 Array = NDArray[Any]
+
+
+def fixed(numbers: Sequence[float]) -> Array:
+    """An array that nobody writes to."""
+    array = np.array(numbers)
+    array.flags.writeable = False
+    return array
+
+
+
+
+#: Signs of arms that are all the second choice, or all the first.
+ALIKE = (fixed((-1.0, -1.0, -1.0)), fixed((1.0, 1.0, 1.0)))
+#: The shape of an item's angles, and of its position.
+ROW = (3,)
 
 
 def signs(value: Any, choices: Sequence[str], name: str) -> Array:
@@ -27,6 +44,8 @@ def signs(value: Any, choices: Sequence[str], name: str) -> Array:
     InputError
         If a word is not among the choices.
     """
+    if isinstance(value, str) and value in choices:
+        return ALIKE[value == choices[0]]
     words = [value] * 3 if isinstance(value, str) else list(value) if isinstance(value, list | tuple) else [value]
     if len(words) == 3 and all(isinstance(word, str) and word in choices for word in words):
         return np.array([1.0 if word == choices[0] else -1.0 for word in words])
@@ -34,8 +53,39 @@ def signs(value: Any, choices: Sequence[str], name: str) -> Array:
     raise unknown(bad, name, choices, remedy="Give one of them, or three of them, one for each arm")
 
 
+class BoundPlans(dict[tuple[str, str], tuple[Any, tuple[Any, ...]]]):
+    """Formulas for single rows of one robot, by formula and choice: plans, and pointers to what all calls share.
+
+    Another process makes its own.
+    """
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return BoundPlans, ()
+
+
+def item(
+    bound: BoundPlans, formula: str, row: Any, parameters: Array, choice: Any, choices: Mapping[str, Array]
+) -> Any:
+    """The result of a formula for one row (3,), finite and OK; None where anything is not as usual."""
+    if choice.__class__ is not str or not is_plain(row, ROW):
+        return None
+    known = bound.get((formula, choice))
+    if known is None:
+        if choice not in choices:
+            return None
+        constants = parameters, choices[choice]
+        plan, pointers = item_plan(stock_algebra("cga3d"), formula, (row, *constants))
+        known = bound[formula, choice] = plan, tuple(pointers[1:])
+    values = known[0].values((from_buffer(row), *known[1]))
+    return None if values is None else values[0]
+
+
 def evaluate(formula: str, operands: Sequence[Array], threads: int | None = None) -> tuple[list[Array], Array | None]:
     """Results and codes of a formula ``module.function`` for a batch; in float32 if the first array is."""
+    if threads is None and operands[0].ndim == 1:
+        usual = evaluate_item(stock_algebra("cga3d"), formula, operands)
+        if usual is not None:
+            return list(usual.values), usual.status
     dtype = common_precision(operands[0])
     prepared = [np.asarray(a, dtype, order="C") for a in operands]  # numbers stay numbers
     keys = tuple(a.shape[-1] if a.ndim else 0 for a in prepared)
@@ -70,4 +120,4 @@ def _run_parallel(run: Binding, operands: Sequence[Array], threads: int) -> tupl
     return tuple(r.reshape(lead + r.shape[1:]) for r in results)
 
 
-__all__ = ["evaluate", "signs"]
+__all__ = ["BoundPlans", "evaluate", "fixed", "item", "signs"]

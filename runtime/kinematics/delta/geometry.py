@@ -67,6 +67,7 @@ class DeltaGeometry:
         lengths = (self.base_radius - self.effector_radius, self.upper_arm, self.forearm)
         rest = Fraction(self.base_radius) - Fraction(self.effector_radius) - Fraction(lengths[0])
         self.parameters = np.array([*(x / unit for x in lengths), 1 / unit, unit, float(rest) / unit])
+        self._bound = calls.BoundPlans()
         self.radii = np.array([self.base_radius / unit, self.effector_radius / unit])
 
     def __repr__(self) -> str:

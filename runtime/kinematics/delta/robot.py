@@ -19,10 +19,11 @@ from ...dispatch.multivector_data import Statuses
 from ...mechanics.system import System
 from . import geometry, solutions
 from .diagnostics import explain_angles, explain_positions, forward_strictly
+from .evaluation import item
 from .geometry import BASE, BODIES, DeltaGeometry, JointObjects, Pose
 from .screw_jacobians import forward_jacobian, inverse_jacobian
 from .singularity import Singularity, singularity
-from .solutions import ELBOWS, ROOTS
+from .solutions import ELBOWS, ROOTS, SIGNS
 from .system import system
 from .trajectory import Motion, trajectory
 from .workspace import Workspace, workspace
@@ -128,6 +129,10 @@ class DeltaRobot(DeltaGeometry):
         SingularError
             With ``strict``, naming the position and the arm.
         """
+        if precise is status is strict is False and threads is None:
+            usual = item(self._bound, "delta.inverse", y, self.parameters, elbow, SIGNS)
+            if usual is not None:
+                return usual  # type: ignore[no-any-return]
         positions, elbows = real_array(y, "y", (..., 3)), solutions.elbow_signs(elbow)
         theta, codes = solutions.inverse(self, positions, elbows, as_bool(precise, "precise"), threads)
         return array_result(theta, codes, "inverse", status, strict, 1, explain_positions(self, positions, elbows))
@@ -169,6 +174,10 @@ class DeltaRobot(DeltaGeometry):
             NaN where there is none. `UNREACHABLE`: the forearms do not meet. `SINGULAR`: two of them start at one
             point.
         """
+        if precise is status is strict is False and threads is None:
+            usual = item(self._bound, "delta.forward", theta, self.parameters, root, ROOTS)
+            if usual is not None:
+                return usual  # type: ignore[no-any-return]
         angles = real_array(theta, "theta", (..., 3))
         y, codes = solutions.forward(self, angles, root, as_bool(precise, "precise"), threads)
         return array_result(y, codes, "forward", status, strict, 1, explain_angles(self, angles, root))
@@ -214,6 +223,10 @@ class DeltaRobot(DeltaGeometry):
         array (..., 3, 3), or (array, status)
             `SINGULAR`: the forearms lie in one plane, and the platform is free across it; see `singularity`.
         """
+        if method.__class__ is str and method == "direct" and status is strict is False and threads is None:
+            usual = item(self._bound, "delta_rates.forward_jacobian", theta, self.parameters, root, ROOTS)
+            if usual is not None:
+                return usual.reshape(3, 3)  # type: ignore[no-any-return]
         angles, weights = real_array(theta, "theta", (..., 3)), solutions.root_weights(root)
         if as_choice(method, "method", METHODS) == "screw":
             jacobian, codes = forward_jacobian(self, angles, root)
@@ -248,6 +261,10 @@ class DeltaRobot(DeltaGeometry):
         `SINGULAR`: an arm is stretched or folded, and its forearm's direction is lost to the platform; see
         `singularity`.
         """
+        if method.__class__ is str and method == "direct" and status is strict is False and threads is None:
+            usual = item(self._bound, "delta_rates.inverse_jacobian", y, self.parameters, elbow, SIGNS)
+            if usual is not None:
+                return usual.reshape(3, 3)  # type: ignore[no-any-return]
         positions, elbows = real_array(y, "y", (..., 3)), solutions.elbow_signs(elbow)
         if as_choice(method, "method", METHODS) == "screw":
             jacobian, codes = inverse_jacobian(self, positions, elbows)

@@ -14,8 +14,13 @@ from .geometry import DeltaGeometry
 Array = NDArray[Any]
 #: Postures of an arm; the first has sign +1.
 ELBOWS = ("outer", "inner")
+#: Their signs where all arms have the same.
+SIGNS = {name: calls.ALIKE[name == ELBOWS[0]] for name in ELBOWS}
 #: Weights of the forearms' volume and of the distance along e3: see `codegen.formulas.delta.delta.side_of`.
-ROOTS = {"far": (0.0, 1.0), "near": (0.0, -1.0), "positive": (1.0, 0.0), "negative": (-1.0, 0.0)}
+ROOTS = {
+    name: calls.fixed(weights)
+    for name, weights in (("far", (0, 1.0)), ("near", (0, -1.0)), ("positive", (1.0, 0)), ("negative", (-1.0, 0)))
+}
 
 
 def inverse(
@@ -58,7 +63,7 @@ def elbow_signs(elbow: Any) -> Array:
 
 def root_weights(root: str) -> Array:
     """Weights (2,) of a name of `ROOTS`."""
-    return np.array(ROOTS[as_choice(root, "root", tuple(ROOTS))])
+    return ROOTS[as_choice(root, "root", tuple(ROOTS))]
 
 
-__all__ = ["ELBOWS", "ROOTS", "arm_codes", "elbow_signs", "forward", "inverse", "jacobians", "root_weights"]
+__all__ = ["ELBOWS", "ROOTS", "SIGNS", "arm_codes", "elbow_signs", "forward", "inverse", "jacobians", "root_weights"]

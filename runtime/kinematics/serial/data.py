@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.algorithms.chain_frames import JacobianFrame
 from ...codegen.errors import AlgebraMismatchError, GradeError, InputError
+from ...common.dtypes import F64
 from ...common.validation import (
     as_bool,
     as_choice,
@@ -28,7 +29,9 @@ from ...common.validation import (
 from ...core.multivector import Multivector
 from ...dispatch.algorithm_loops import TARGETS
 from ...dispatch.formulas import array_result, invalidate_nonfinite, raise_first
+from ...dispatch.item_plans import is_plain
 from ...dispatch.multivector_data import Statuses
+from ...dispatch.types import Type
 from ..trees.driver import TreeDriver, TreeParameters
 from ..trees.dynamics import JointDynamics
 from ..trees.inertias import link_rows, moved, read_inertias
@@ -91,7 +94,7 @@ class SerialChainData(JointDynamics):
 
     def __getstate__(self) -> dict[str, Any]:
         """State without what is compiled: another process builds its own."""
-        return {name: value for name, value in self.__dict__.items() if name not in ("driver", "tree")}
+        return {name: value for name, value in self.__dict__.items() if name not in ("driver", "tree", "_motor")}
 
     def __len__(self) -> int:
         return self.count
@@ -187,6 +190,14 @@ class SerialChainData(JointDynamics):
         """
         return np.asarray(real_array(q, name, (..., self.count)), np.float64)
 
+    @cached_property
+    def _row(self) -> tuple[int, ...]:
+        return (self.count,)
+
+    @cached_property
+    def _motor(self) -> Type:
+        return self.algebra.type_of(self.algebra.kind("motor"), F64)
+
     def forward(
         self, q: ArrayLike, all: bool = False, *, strict: bool = False, threads: int | None = None
     ) -> Multivector:
@@ -206,6 +217,11 @@ class SerialChainData(JointDynamics):
         -------
         Multivector of motors, shape (...)
         """
+        if all is strict is False and threads is None and is_plain(q, self._row):
+            call = self.driver.motor_of_item
+            motor = None if call is None else call(q)
+            if motor is not None:
+                return self.algebra.multivector_class._make(self._motor, motor, ())
         x = self.coordinates(q)
         every = as_bool(all, "all")
         motors = self.driver.forward(x.reshape(-1, self.count), every, threads)
@@ -247,6 +263,12 @@ class SerialChainData(JointDynamics):
         strict : bool
             Raise for the first such item instead.
         """
+        usual = frame.__class__ is str and frame == "world" and point is None and status is strict is False
+        if usual and threads is None and is_plain(q, self._row):
+            call = self.driver.jacobian_of_item
+            matrix = None if call is None else call(q)
+            if matrix is not None:
+                return matrix
         x = self.coordinates(q)
         lead = x.shape[:-1]
         world = JacobianFrame.ORIGIN if point is None else JacobianFrame.POINT

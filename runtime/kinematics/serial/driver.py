@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.algorithms.chain_frames import JacobianFrame
+from ...codegen.execute.items import CLoop, ItemCall
 from ...common import parallel
 from ...dispatch.algorithm_loops import compiled_loop
 from ...status import Status
@@ -134,26 +135,46 @@ class Driver:
         found = self._plans[key] = loop, held, loop.integers(strides), loop.integers(counts)
         return found
 
-    def forward(self, x: Array, every: bool, threads: int | None) -> Array:
-        """Motors (items, 8), or of every link (items, n, 8)."""
-        x = self._of_joints(x)
+    def _forward_plan(self, every: bool) -> Plan:
         n, rows = self.count, self.count if every else 1
-        plan = self._plans.get(("forward", every)) or self._plan(
+        return self._plans.get(("forward", every)) or self._plan(
             ("forward", every), (self._joints, self._links if every else self._tool, self._base),
             (0, 0, 0, n, 8 * rows), (n, rows, 0, n, rows),
         )  # fmt: skip
+
+    def _jacobian_plan(self, frame: JacobianFrame, dimensions: int) -> Plan:
+        n = self.count
+        return self._plans.get(("jacobian", frame, dimensions)) or self._plan(
+            ("jacobian", frame, dimensions), (self._joints, self._tool, self._base, np.array([frame], np.int64)),
+            (0, 0, 0, 0, 3 if dimensions == 2 else 0, n, 6 * n), (n, 0, 0, 0, 0, n, 6 * n),
+        )  # fmt: skip
+
+    @cached_property
+    def motor_of_item(self) -> ItemCall | None:
+        """The motor (8,) of coordinates (n,), in the shortest way; None where there is none."""
+        return self._item_call(self._forward_plan(False), (8,))
+
+    @cached_property
+    def jacobian_of_item(self) -> ItemCall | None:
+        """The matrix (6, n), of the tool's point at the world's origin, of coordinates (n,)."""
+        return self._item_call(self._jacobian_plan(JacobianFrame.ORIGIN, 1), (6, self.count), np.zeros(3))
+
+    def _item_call(self, plan: Plan, shape: tuple[int, ...], *given: Array) -> ItemCall | None:
+        loop, shared, strides, counts = plan
+        if self._movers is not None or not isinstance(loop, CLoop):
+            return None
+        return loop.item_call([*shared, *map(loop.hold, given)], strides, counts, shape)
+
+    def forward(self, x: Array, every: bool, threads: int | None) -> Array:
+        """Motors (items, 8), or of every link (items, n, 8)."""
+        x, n, plan = self._of_joints(x), self.count, self._forward_plan(every)
         x, motors = np.ascontiguousarray(x), np.empty((len(x), n, 8) if every else (len(x), 8))
         _run(plan, (x, motors), len(x), threads)
         return motors
 
     def jacobian(self, x: Array, frame: JacobianFrame, points: Array, threads: int | None) -> Array:
         """Matrices (items, 6, n); points (items, 3), or one (3,)."""
-        x = self._of_joints(x)
-        n = self.count
-        plan = self._plans.get(("jacobian", frame, points.ndim)) or self._plan(
-            ("jacobian", frame, points.ndim), (self._joints, self._tool, self._base, np.array([frame], np.int64)),
-            (0, 0, 0, 0, 3 if points.ndim == 2 else 0, n, 6 * n), (n, 0, 0, 0, 0, n, 6 * n),
-        )  # fmt: skip
+        x, n, plan = self._of_joints(x), self.count, self._jacobian_plan(frame, points.ndim)
         x, points = np.ascontiguousarray(x), np.ascontiguousarray(points)
         matrices = np.empty((len(x), 6, n))
         _run(plan, (points, x, matrices), len(x), threads)
