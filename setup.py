@@ -165,22 +165,23 @@ class BuildExtensions(build_ext):
         wide = not self.microsoft and platform.machine().lower() in ("x86_64", "amd64")
         if EVERYTHING:
             return [i for i in INSTANCES["PORTABLE"] if wide or not i.wide]
-        best = INSTANCES["WIDE"] if wide and self.runs_wide() else INSTANCES["BASELINE"]
-        return [i for i in best if i.bits == 64]
+        level = self.level() if wide else 0
+        return [i for i in INSTANCES["OF_KERNELS"] if i.bits == 64 and i.level <= level][-1:]
 
-    def runs_wide(self) -> bool:
-        """Whether this machine runs wide instances, by a program that asks."""
+    def level(self) -> int:
+        """The level of instances that this machine runs, by a program that asks."""
         home = Path(self.build_temp)
         home.mkdir(parents=True, exist_ok=True)
         source = home / "asks.c"
-        source.write_text('#include "platform.h"\nint main(void) { return BS_CPU_HAS_V3() ? 0 : 1; }\n')
+        text = "int main(void) { return BS_CPU_HAS_V4() ? 4 : BS_CPU_HAS_V3() ? 3 : 0; }"
+        source.write_text(f'#include "platform.h"\n{text}\n')
         try:
             absolute = [str(Path(home).resolve()) for home in INCLUDED]
             objects = self.compiler.compile([str(source)], output_dir=str(home), include_dirs=absolute)
             self.compiler.link_executable(objects, "asks", output_dir=str(home))
-            return subprocess.run([str(home / "asks")], check=False).returncode == 0
+            return max(0, subprocess.run([str(home / "asks")], check=False).returncode)
         except (CompileError, LinkError, OSError):
-            return False
+            return 0
 
     def asked_version(self) -> str:
         """What the compiler says about itself: one that is upgraded keeps its name."""

@@ -125,7 +125,7 @@ class Kind:
         return self.algebra.name, self.blades, self.constraints, self.form
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Kind) and self.identity == other.identity
+        return self is other or (isinstance(other, Kind) and self.identity == other.identity)
 
     def __hash__(self) -> int:
         return hash(self.identity)

@@ -3,20 +3,33 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from ..targets.c.instances import BASELINE, WIDE, Instance
+from ..targets.c.instances import BASELINE, OF_KERNELS, WIDE, Instance
 
 
 @cache
-def has_wide_vectors() -> bool:
-    """Return whether the processor runs x86-64-v3 code, as NumPy found when it was imported."""
+def _features() -> Mapping[str, bool]:
+    """Features of the processor, as NumPy found them when it was imported."""
     try:
         from numpy._core._multiarray_umath import __cpu_features__ as features  # type: ignore[import-not-found]
     except ImportError:  # NumPy 1.x
         from numpy.core._multiarray_umath import __cpu_features__ as features  # type: ignore
-    return bool(features.get("AVX2", False))
+    return features  # type: ignore[no-any-return]
+
+
+def has_wide_vectors() -> bool:
+    """Return whether the processor runs x86-64-v3 code."""
+    return bool(_features().get("AVX2", False))
+
+
+def runs(instance: Instance) -> bool:
+    """Return whether the processor runs an instance."""
+    if instance.level == 4:
+        return bool(_features().get("AVX512_SKX", False))  # F, DQ, BW and VL of it
+    return not instance.wide or has_wide_vectors()
 
 
 def vector_options() -> tuple[str, ...]:
@@ -25,9 +38,14 @@ def vector_options() -> tuple[str, ...]:
 
 
 def best_instances(precision: str) -> tuple[Instance, ...]:
-    """The one instance of a precision that a kernel is compiled for at run time."""
+    """The one instance of a precision that an algorithm over items is compiled for at run time."""
     candidates = WIDE if has_wide_vectors() else BASELINE
     return tuple(i for i in candidates if i.tag.startswith(precision))
+
+
+def best_kernel_instances(precision: str) -> tuple[Instance, ...]:
+    """The one instance of a precision that kernels are compiled for at run time."""
+    return tuple(i for i in OF_KERNELS if i.tag.startswith(precision) and runs(i))[-1:]
 
 
 def processor_name() -> str:

@@ -5,14 +5,20 @@
 
 #include "table.h"
 
-static const struct { const char *name; int bits, wide; } bs_instances[] = {
+static const struct { const char *name; int bits, level; } bs_instances[] = {
   {"f64_base", 64, 0},
   {"f32_base", 32, 0},
 #if BS_HAVE_V3
-  {"f64_v3", 64, 1},
+  {"f64_v3", 64, 3},
 #endif
 #if BS_HAVE_V3
-  {"f32_v3", 32, 1},
+  {"f32_v3", 32, 3},
+#endif
+#if BS_HAVE_V3
+  {"f64_v4", 64, 4},
+#endif
+#if BS_HAVE_V3
+  {"f32_v4", 32, 4},
 #endif
 };
 
@@ -89,7 +95,11 @@ int bs_kernel_count(void) { return BS_COUNT(bs_names); }
 const char *bs_kernel_name(int kernel) { return bs_names[kernel]; }
 int bs_instance_count(void) { return BS_COUNT(bs_instances); }
 const char *bs_instance_name(int instance) { return bs_instances[instance].name; }
-int bs_instance_runs(int instance) { return !bs_instances[instance].wide || BS_CPU_HAS_V3(); }
+int bs_instance_runs(int instance)
+{
+  const int level = bs_instances[instance].level;
+  return level == 0 || (level == 3 ? BS_CPU_HAS_V3() : BS_CPU_HAS_V4());
+}
 int bs_has(int kernel, int single) { return bs_tables[single][kernel] != NULL; }
 int bs_instance_has(int instance, int kernel) { return bs_loops[instance][kernel] != NULL; }
 

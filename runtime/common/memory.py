@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Sequence
@@ -60,6 +61,8 @@ def fill(array: NDArray[Any], value: Any) -> None:
 
 def filled(shape: Sequence[int], value: Any, dtype: Any = np.float64) -> NDArray[Any]:
     """A new array that holds one value; see `fill`."""
+    if math.prod(shape) <= _FILLED:
+        return np.full(tuple(shape), value, dtype)
     array = np.empty(tuple(shape), dtype)
     fill(array, value)
     return array

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..codegen.algebra.algebra import Kind
 from ..codegen.errors import ShapeError
 from .multivector_data import M, MultivectorData
+from .types import Type
 
 
 def broadcast(*operands: MultivectorData) -> tuple[int, ...]:
@@ -39,13 +40,18 @@ def embed(x: MultivectorData, kind: Kind) -> NDArray[Any]:
     """Rows on the blades of ``kind``: zero where x has no such blade; the others of x are left out."""
     if x._type.blades == kind.blades:
         return x._data
-    columns = x._type.columns
-    pairs = [(i, columns[blade]) for i, blade in enumerate(kind.blades) if blade in columns]
+    target, source = x._type.memoize(("embedded", kind.blades), lambda: _shared_columns(x._type, kind))
     data = np.zeros((*x._lead, kind.size), x.dtype)
-    if pairs:
-        target, source = (list(side) for side in zip(*pairs, strict=True))
+    if len(target):
         data[..., target] = x._data[..., source]
     return data
+
+
+def _shared_columns(type: Type, kind: Kind) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Columns of a kind's blades that a type has, and those of the type."""
+    columns = type.columns
+    pairs = [(i, columns[blade]) for i, blade in enumerate(kind.blades) if blade in columns]
+    return np.array([i for i, _ in pairs], np.intp), np.array([j for _, j in pairs], np.intp)
 
 
 def normalize_exponents(x: M) -> tuple[M, NDArray[Any] | None]:

@@ -92,7 +92,7 @@ class Type:
     @property
     def grades(self) -> tuple[int, ...]:
         """Grades of the blades, ascending."""
-        return tuple(sorted({grade(blade) for blade in self.blades}))
+        return self.memoize("grades", lambda: tuple(sorted({grade(blade) for blade in self.blades})))
 
     @property
     def unconstrained(self) -> Type:

@@ -8,7 +8,7 @@ from ...errors import TraceError
 from ...optimise.variants import Variant
 from ...trace.kernel import Kernel
 from ..templates import included_headers, render, template_text
-from .instances import BASELINE, PORTABLE, SCALAR, WIDE, Instance
+from .instances import BASELINE, OF_KERNELS, PORTABLE, SCALAR, WIDE, Instance
 from .printer import c_function, symbol
 from .source import ExtensionSource
 
@@ -62,7 +62,7 @@ def in_dependency_order(variants: Iterable[Variant]) -> list[Variant]:
 def main_files(title: str, symbols: Mapping[str, Sequence[str]]) -> dict[str, str]:
     """kernels.c and kernels.cdef of a folder of kernels, whose names are given by module."""
     return {
-        "kernels.c": _main_text(title, symbols, PORTABLE, ()),
+        "kernels.c": _main_text(title, symbols, OF_KERNELS, ()),
         "kernels.cdef": template_text("kernels.cdef"),
     }
 

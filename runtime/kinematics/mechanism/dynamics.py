@@ -201,7 +201,7 @@ class _Model:
         blocks += [{j: power[None] for j, power in powers.items()} for powers in loops.coupling_powers]
         for j in indices:
             assert j is not None
-            blocks.append({j: loops.relations[j].speeds[:, None] * np.linalg.pinv(loops.relations[j].free)})
+            blocks.append({j: loops.relations[j].to_coordinates})
         ends = np.cumsum([0, *(len(next(iter(block.values()))) for block in blocks)])
         matrix, placed = np.zeros((int(ends[-1]), 6 * count)), list[tuple[int, Array]]()
         for block, first, last in zip(blocks, ends, ends[1:], strict=False):

@@ -105,7 +105,7 @@ def _output(mechanism: Assembly, x: Any) -> tuple[Any, Array]:
     joint = mechanism.find_joint(x)
     if joint is not None:
         relation = mechanism.loops.relations[joint]
-        return mechanism.joint_jacobian(joint), relation.speeds[:, None] * np.linalg.pinv(relation.free)
+        return mechanism.joint_jacobian(joint), relation.to_coordinates
     name, point = body_and_value(x, "point")
     body = mechanism.body_index(name)
     rows = sparse.csr_array((6, mechanism.loops.size)) if body < 0 else mechanism.loops.body_jacobian(body)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -57,6 +58,11 @@ class Relation:
     rows: Array
     free: Array
     speeds: Array
+
+    @cached_property
+    def to_coordinates(self) -> Array:
+        """Matrix (f, 6) from relative twists to speeds of the coordinates, in the world's units."""
+        return np.asarray(self.speeds[:, None] * np.linalg.pinv(self.free))
 
 
 def relations(algebra: Algebra, joints: Sequence[Joint]) -> tuple[list[Relation], Frame]:

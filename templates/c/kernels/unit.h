@@ -5,7 +5,9 @@
  */
 #include "table.h"
 
-#if BS_BYTES == 32
+#if BS_BYTES == 64
+BS_V4_BEGIN
+#elif BS_BYTES == 32
 BS_V3_BEGIN
 #endif
 #include "instance.h"

@@ -1,6 +1,6 @@
 /* bladesmith: the short names of one instance (precision x vector width). instance_end.h undefines them.
  *
- * Defined before: BS_BITS (64 or 32), BS_BYTES (vector bytes: 0 plain scalar, 16, 32) and BS_TAG (name suffix).
+ * Defined before: BS_BITS (64 or 32), BS_BYTES (vector bytes: 0 plain scalar, 16, 32, 64) and BS_TAG (name suffix).
  *   S scalar; V vector of W lanes; I and UI signed and unsigned integers of the same lanes; M mask.
  *   K(x) constant of type S, good in arithmetic with a V; SPLAT(x) a V with x in all lanes.
  *   SELECT(m, a, b): a where m, else b, lane by lane, no arithmetic. Comparisons with NaN are false (NE: true).
@@ -9,8 +9,8 @@
 #if !defined(BS_BITS) || !defined(BS_BYTES) || !defined(BS_TAG)
 #error "define BS_BITS, BS_BYTES and BS_TAG before instance.h"
 #endif
-#if BS_BYTES != 0 && (BS_BYTES != 16 && BS_BYTES != 32)
-#error "BS_BYTES is 0, 16 or 32"
+#if BS_BYTES != 0 && (BS_BYTES != 16 && BS_BYTES != 32 && BS_BYTES != 64)
+#error "BS_BYTES is 0, 16, 32 or 64"
 #endif
 #if BS_BYTES != 0 && !BS_VECTORS
 #error "this compiler has no GNU vector extensions: use BS_BYTES 0"
@@ -125,8 +125,10 @@ BS_INLINE V FN(splat)(S x)
   return (V){x, x};
 #elif BS_BYTES * 8 / BS_BITS == 4
   return (V){x, x, x, x};
-#else
+#elif BS_BYTES * 8 / BS_BITS == 8
   return (V){x, x, x, x, x, x, x, x};
+#else
+  return (V){x, x, x, x, x, x, x, x, x, x, x, x, x, x, x, x};
 #endif
 }
 
@@ -155,7 +157,13 @@ BS_INLINE V FN(sqrt)(V v) /* compilers make one instruction of it */
 
 BS_INLINE int FN(any)(M m)
 {
-#if defined(__x86_64__) && BS_BYTES == 32 && BS_BITS == 64
+#if defined(__x86_64__) && BS_BYTES == 64 && BS_BITS == 64
+  typedef long long whole __attribute__((vector_size(64)));
+  return __builtin_ia32_cvtq2mask512((whole)m);
+#elif defined(__x86_64__) && BS_BYTES == 64
+  typedef int whole __attribute__((vector_size(64)));
+  return __builtin_ia32_cvtd2mask512((whole)m) != 0;
+#elif defined(__x86_64__) && BS_BYTES == 32 && BS_BITS == 64
   return __builtin_ia32_movmskpd256((V)m);
 #elif defined(__x86_64__) && BS_BYTES == 32
   return __builtin_ia32_movmskps256((V)m);

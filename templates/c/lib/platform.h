@@ -74,7 +74,8 @@ typedef unsigned long long uint64_t;
 #endif
 
 /* The x86-64-v3 instance: everything between BS_V3_BEGIN and BS_V3_END is compiled for AVX2, and may be called
- * only where BS_CPU_HAS_V3() holds. FMA is left out on purpose: nothing is contracted. */
+ * only where BS_CPU_HAS_V3() holds. FMA is left out on purpose: nothing is contracted. x86-64-v4, between BS_V4_BEGIN
+ * and BS_V3_END, is AVX-512: the same with BS_CPU_HAS_V4(). */
 #if BS_VECTORS && defined(__x86_64__)
 #include <cpuid.h>
 
@@ -88,19 +89,35 @@ static inline BS_UNUSED int bs_cpu_has_v3(void)
   return (kept & 6) == 6 && __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & bit_AVX2) != 0;
 }
 
+/* AVX-512 as servers have it (F, DQ, BW, VL), and a system that keeps its registers. */
+static inline BS_UNUSED int bs_cpu_has_v4(void)
+{
+  const unsigned needed = bit_AVX512F | bit_AVX512DQ | bit_AVX512BW | bit_AVX512VL;
+  unsigned a, b, c, d, kept;
+  if (!bs_cpu_has_v3()) return 0;
+  __asm__("xgetbv" : "=a"(kept), "=d"(d) : "c"(0));
+  return (kept & 0xe6) == 0xe6 && __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & needed) == needed;
+}
+
 #define BS_HAVE_V3 1
 #define BS_CPU_HAS_V3() bs_cpu_has_v3()
+#define BS_CPU_HAS_V4() bs_cpu_has_v4()
 #if defined(__clang__)
 #define BS_V3_BEGIN _Pragma("clang attribute push(__attribute__((target(\"avx2\"))), apply_to = function)")
+#define BS_V4_BEGIN \
+  _Pragma("clang attribute push(__attribute__((target(\"avx512f,avx512dq,avx512bw,avx512vl\"))), apply_to = function)")
 #define BS_V3_END _Pragma("clang attribute pop")
 #else
 #define BS_V3_BEGIN _Pragma("GCC push_options") _Pragma("GCC target(\"avx2\")")
+#define BS_V4_BEGIN _Pragma("GCC push_options") _Pragma("GCC target(\"avx512f,avx512dq,avx512bw,avx512vl\")")
 #define BS_V3_END _Pragma("GCC pop_options")
 #endif
 #else
 #define BS_HAVE_V3 0
 #define BS_CPU_HAS_V3() 0
+#define BS_CPU_HAS_V4() 0
 #define BS_V3_BEGIN
+#define BS_V4_BEGIN
 #define BS_V3_END
 #endif
 

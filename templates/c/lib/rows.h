@@ -33,13 +33,14 @@ BS_INLINE void FN(store_tail)(S *dst, const V *src, int k, int rows)
 
 #else
 
-/* A block is as many numbers as 16 bytes hold: 2 of 64 bits or 4 of 32. Vectors of 32 bytes hold row l of a block
- * in their low half and row l + BS_BLOCK in their high half, because shuffles are cheap within halves only.
- * Four numbers of 64 bits and 32-byte vectors have a square block besides, with fewer loads: BS_SQUARE. */
+/* A block is as many numbers as 16 bytes hold: 2 of 64 bits or 4 of 32. Wider vectors hold row l of a block in their
+ * first 16 bytes, row l + BS_BLOCK in the next, because shuffles are cheap within 16 bytes only. Four numbers of 64 bits
+ * in vectors of 32 or 64 bytes have a square block besides, in pieces of 32 bytes, with fewer loads: BS_SQUARE. */
 #define BS_BLOCK (128 / BS_BITS)
-#define BS_SQUARE (BS_BITS == 64 && BS_BYTES == 32)
+#define BS_PIECES (BS_BYTES / 16)
+#define BS_SQUARE (BS_BITS == 64 && BS_BYTES >= 32)
 
-#if BS_BYTES == 32
+#if BS_BYTES >= 32
 typedef S FN(half) __attribute__((vector_size(16)));
 #define BS_HALF FN(half)
 #else
@@ -59,7 +60,14 @@ typedef S FN(loose_vector) __attribute__((vector_size(BS_BYTES), aligned(sizeof(
 #if BS_BITS == 64 && BS_BYTES == 16
 #define BS_LOW(a, b) BS_SHUFFLE(a, b, 0, 2)
 #define BS_HIGH(a, b) BS_SHUFFLE(a, b, 1, 3)
+#elif BS_BITS == 64 && BS_BYTES == 64
+#define BS_LOW(a, b) BS_SHUFFLE(a, b, 0, 8, 2, 10, 4, 12, 6, 14)
+#define BS_HIGH(a, b) BS_SHUFFLE(a, b, 1, 9, 3, 11, 5, 13, 7, 15)
+#define BS_LOW_OF_FOUR(a, b) BS_SHUFFLE(a, b, 0, 1, 8, 9, 4, 5, 12, 13)
+#define BS_HIGH_OF_FOUR(a, b) BS_SHUFFLE(a, b, 2, 3, 10, 11, 6, 7, 14, 15)
 #elif BS_BITS == 64
+#define BS_LOW_OF_FOUR(a, b) BS_SHUFFLE(a, b, 0, 1, 4, 5)
+#define BS_HIGH_OF_FOUR(a, b) BS_SHUFFLE(a, b, 2, 3, 6, 7)
 #define BS_LOW(a, b) BS_SHUFFLE(a, b, 0, 4, 2, 6)
 #define BS_HIGH(a, b) BS_SHUFFLE(a, b, 1, 5, 3, 7)
 #elif BS_BYTES == 16
@@ -71,6 +79,15 @@ typedef S FN(loose_vector) __attribute__((vector_size(BS_BYTES), aligned(sizeof(
 #define BS_ODD(a, b) BS_SHUFFLE(a, b, 1, 3, 5, 7)
 #define BS_FIRST(a, b) BS_LOW(a, b)
 #define BS_SECOND(a, b) BS_HIGH(a, b)
+#elif BS_BYTES == 64
+#define BS_LOW(a, b) BS_SHUFFLE(a, b, 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29)
+#define BS_HIGH(a, b) BS_SHUFFLE(a, b, 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31)
+#define BS_LOW2(a, b) BS_SHUFFLE(a, b, 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29)
+#define BS_HIGH2(a, b) BS_SHUFFLE(a, b, 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31)
+#define BS_EVEN(a, b) BS_SHUFFLE(a, b, 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30)
+#define BS_ODD(a, b) BS_SHUFFLE(a, b, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31)
+#define BS_FIRST(a, b) BS_SHUFFLE(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23)
+#define BS_SECOND(a, b) BS_SHUFFLE(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31)
 #else
 #define BS_LOW(a, b) BS_SHUFFLE(a, b, 0, 8, 1, 9, 4, 12, 5, 13)
 #define BS_HIGH(a, b) BS_SHUFFLE(a, b, 2, 10, 3, 11, 6, 14, 7, 15)
@@ -140,17 +157,104 @@ BS_INLINE BS_HALF FN(upper)(V v)
 }
 #endif
 
+#if BS_BYTES == 64 /* by name here too */
+typedef S FN(piece32) __attribute__((vector_size(32)));
+typedef S FN(loose32) __attribute__((vector_size(32), aligned(sizeof(S)), may_alias));
+
+BS_INLINE V FN(join32)(FN(piece32) a, FN(piece32) b)
+{
+#if defined(__clang__) && BS_BITS == 64
+  return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
+#elif defined(__clang__)
+  return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+#elif BS_BITS == 64
+  const V whole = __builtin_ia32_pd512_256pd(a);
+  return __builtin_ia32_insertf64x4_mask(whole, b, 1, whole, (unsigned char)-1);
+#else
+  const V whole = __builtin_ia32_ps512_256ps(a);
+  return __builtin_ia32_insertf32x8_mask(whole, b, 1, whole, (unsigned short)-1);
+#endif
+}
+
+BS_INLINE FN(piece32) FN(half32)(V v, int upper)
+{
+#if defined(__clang__) && BS_BITS == 64
+  return upper ? __builtin_shufflevector(v, v, 4, 5, 6, 7) : __builtin_shufflevector(v, v, 0, 1, 2, 3);
+#elif defined(__clang__)
+  return upper ? __builtin_shufflevector(v, v, 8, 9, 10, 11, 12, 13, 14, 15)
+               : __builtin_shufflevector(v, v, 0, 1, 2, 3, 4, 5, 6, 7);
+#elif BS_BITS == 64
+  const FN(piece32) none = {0};
+  return upper ? __builtin_ia32_extractf64x4_mask(v, 1, none, (unsigned char)-1)
+               : __builtin_ia32_extractf64x4_mask(v, 0, none, (unsigned char)-1);
+#else
+  const FN(piece32) none = {0};
+  return upper ? __builtin_ia32_extractf32x8_mask(v, 1, none, (unsigned char)-1)
+               : __builtin_ia32_extractf32x8_mask(v, 0, none, (unsigned char)-1);
+#endif
+}
+
+BS_INLINE FN(piece32) FN(join16)(BS_HALF a, BS_HALF b)
+{
+#if defined(__clang__) && BS_BITS == 64
+  return __builtin_shufflevector(a, b, 0, 1, 2, 3);
+#elif defined(__clang__)
+  return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
+#elif BS_BITS == 64
+  return __builtin_ia32_vinsertf128_pd256(__builtin_ia32_pd256_pd(a), b, 1);
+#else
+  return __builtin_ia32_vinsertf128_ps256(__builtin_ia32_ps256_ps(a), b, 1);
+#endif
+}
+
+BS_INLINE BS_HALF FN(quarter)(FN(piece32) v, int upper)
+{
+#if defined(__clang__) && BS_BITS == 64
+  return upper ? __builtin_shufflevector(v, v, 2, 3) : __builtin_shufflevector(v, v, 0, 1);
+#elif defined(__clang__)
+  return upper ? __builtin_shufflevector(v, v, 4, 5, 6, 7) : __builtin_shufflevector(v, v, 0, 1, 2, 3);
+#elif BS_BITS == 64
+  return upper ? __builtin_ia32_vextractf128_pd256(v, 1) : __builtin_ia32_pd_pd256(v);
+#else
+  return upper ? __builtin_ia32_vextractf128_ps256(v, 1) : __builtin_ia32_ps_ps256(v);
+#endif
+}
+#endif
+
+/* A vector of 16 bytes of each of BS_PIECES rows; and piece l of a vector. */
+BS_INLINE V FN(join_pieces)(const BS_HALF *p)
+{
+#if BS_BYTES == 64
+  return FN(join32)(FN(join16)(p[0], p[1]), FN(join16)(p[2], p[3]));
+#elif BS_BYTES == 32
+  return FN(join)(p[0], p[1]);
+#else
+  return p[0];
+#endif
+}
+
+BS_INLINE BS_HALF FN(piece_of)(V v, int l)
+{
+#if BS_BYTES == 64
+  return FN(quarter)(FN(half32)(v, l / 2), l % 2);
+#elif BS_BYTES == 32
+  return l ? FN(upper)(v) : FN(lower)(v);
+#else
+  (void)l;
+  return v;
+#endif
+}
+
 /* Columns j .. j + BS_BLOCK - 1 of the rows that start at src + start[l]. */
 BS_INLINE void FN(load_block)(V *dst, const S *src, const ptrdiff_t *start, int j)
 {
   V r[BS_BLOCK];
   BS_UNROLL
   for (int l = 0; l < BS_BLOCK; l++) {
-#if BS_BYTES == 32
-    r[l] = FN(join)(FN(load_half)(src + start[l] + j), FN(load_half)(src + start[l + BS_BLOCK] + j));
-#else
-    r[l] = FN(load_half)(src + start[l] + j);
-#endif
+    BS_HALF pieces[BS_PIECES];
+    BS_UNROLL
+    for (int p = 0; p < BS_PIECES; p++) pieces[p] = FN(load_half)(src + start[l + p * BS_BLOCK] + j);
+    r[l] = FN(join_pieces)(pieces);
   }
   FN(transpose)(r);
   BS_UNROLL
@@ -164,44 +268,52 @@ BS_INLINE void FN(store_block)(S *dst, const V *src, const ptrdiff_t *start, int
   BS_UNROLL
   for (int i = 0; i < BS_BLOCK; i++) r[i] = src[j + i];
   FN(transpose)(r);
-#if BS_BYTES == 32
   BS_UNROLL
-  for (int l = BS_BLOCK - 1; l >= 0; l--) FN(store_half)(dst + start[l + BS_BLOCK] + j, FN(upper)(r[l]));
-  BS_UNROLL
-  for (int l = BS_BLOCK - 1; l >= 0; l--) FN(store_half)(dst + start[l] + j, FN(lower)(r[l]));
-#else
-  BS_UNROLL
-  for (int l = BS_BLOCK - 1; l >= 0; l--) FN(store_half)(dst + start[l] + j, r[l]);
-#endif
+  for (int l = W - 1; l >= 0; l--) FN(store_half)(dst + start[l] + j, FN(piece_of)(r[l % BS_BLOCK], l / BS_BLOCK));
 }
 
 #if BS_SQUARE
-BS_INLINE void FN(transpose_square)(V *r)
+BS_INLINE void FN(transpose_square)(V *r) /* four by four in each 32 bytes */
 {
   V low01 = BS_LOW(r[0], r[1]), high01 = BS_HIGH(r[0], r[1]);
   V low23 = BS_LOW(r[2], r[3]), high23 = BS_HIGH(r[2], r[3]);
-  r[0] = BS_SHUFFLE(low01, low23, 0, 1, 4, 5), r[1] = BS_SHUFFLE(high01, high23, 0, 1, 4, 5);
-  r[2] = BS_SHUFFLE(low01, low23, 2, 3, 6, 7), r[3] = BS_SHUFFLE(high01, high23, 2, 3, 6, 7);
+  r[0] = BS_LOW_OF_FOUR(low01, low23), r[1] = BS_LOW_OF_FOUR(high01, high23);
+  r[2] = BS_HIGH_OF_FOUR(low01, low23), r[3] = BS_HIGH_OF_FOUR(high01, high23);
+}
+
+BS_INLINE V FN(load_fours)(const S *src, const ptrdiff_t *start, int l)
+{
+#if BS_BYTES == 64
+  return FN(join32)((FN(piece32))(*(const FN(loose32) *)(src + start[l])),
+      (FN(piece32))(*(const FN(loose32) *)(src + start[l + 4])));
+#else
+  return (V)(*(const FN(loose_vector) *)(src + start[l]));
+#endif
 }
 
 BS_INLINE void FN(load_square)(V *dst, const S *src, const ptrdiff_t *start, int j)
 {
-  V r[W];
+  V r[4];
   BS_UNROLL
-  for (int l = 0; l < W; l++) r[l] = (V)(*(const FN(loose_vector) *)(src + start[l] + j));
+  for (int l = 0; l < 4; l++) r[l] = FN(load_fours)(src + j, start, l);
   FN(transpose_square)(r);
   BS_UNROLL
-  for (int i = 0; i < W; i++) dst[j + i] = r[i];
+  for (int i = 0; i < 4; i++) dst[j + i] = r[i];
 }
 
 BS_INLINE void FN(store_square)(S *dst, const V *src, const ptrdiff_t *start, int j)
 {
-  V r[W];
+  V r[4];
   BS_UNROLL
-  for (int i = 0; i < W; i++) r[i] = src[j + i];
+  for (int i = 0; i < 4; i++) r[i] = src[j + i];
   FN(transpose_square)(r);
+#if BS_BYTES == 64
+  BS_UNROLL
+  for (int l = W - 1; l >= 0; l--) *(FN(loose32) *)(dst + start[l] + j) = (FN(loose32))FN(half32)(r[l % 4], l / 4);
+#else
   BS_UNROLL
   for (int l = W - 1; l >= 0; l--) *(FN(loose_vector) *)(dst + start[l] + j) = (FN(loose_vector))r[l];
+#endif
 }
 #endif
 
@@ -235,7 +347,7 @@ BS_INLINE void FN(load_at)(V *dst, const S *src, const ptrdiff_t *start, int k)
   }
 #if BS_SQUARE
   BS_UNROLL
-  for (; j + W <= k; j += W) FN(load_square)(dst, src, start, j);
+  for (; j + 4 <= k; j += 4) FN(load_square)(dst, src, start, j);
 #endif
   BS_UNROLL
   for (; j + BS_BLOCK <= k; j += BS_BLOCK) FN(load_block)(dst, src, start, j);
@@ -251,7 +363,7 @@ BS_INLINE void FN(store_at)(S *dst, const V *src, const ptrdiff_t *start, int k)
   }
 #if BS_SQUARE
   BS_UNROLL
-  for (; j + W <= k; j += W) FN(store_square)(dst, src, start, j);
+  for (; j + 4 <= k; j += 4) FN(store_square)(dst, src, start, j);
 #endif
   BS_UNROLL
   for (; j + BS_BLOCK <= k; j += BS_BLOCK) FN(store_block)(dst, src, start, j);
@@ -285,11 +397,10 @@ BS_INLINE void FN(load_threes)(V *dst, const S *src)
   piece[W - 1] = (BS_HALF){last[1], last[2], last[3], last[3]};
   BS_UNROLL
   for (int l = 0; l < BS_BLOCK; l++) {
-#if BS_BYTES == 32
-    r[l] = FN(join)(piece[l], piece[l + BS_BLOCK]);
-#else
-    r[l] = piece[l];
-#endif
+    BS_HALF pieces[BS_PIECES];
+    BS_UNROLL
+    for (int p = 0; p < BS_PIECES; p++) pieces[p] = piece[l + p * BS_BLOCK];
+    r[l] = FN(join_pieces)(pieces);
   }
   FN(transpose)(r);
   dst[0] = r[0], dst[1] = r[1], dst[2] = r[2];
@@ -300,13 +411,7 @@ BS_INLINE void FN(store_threes)(S *dst, const V *src)
   V r[BS_BLOCK] = {src[0], src[1], src[2], src[2]};
   FN(transpose)(r);
   BS_UNROLL
-  for (int l = 0; l < W - 1; l++) {
-#if BS_BYTES == 32
-    FN(store_half)(dst + 3 * l, l < BS_BLOCK ? FN(lower)(r[l]) : FN(upper)(r[l % BS_BLOCK]));
-#else
-    FN(store_half)(dst + 3 * l, r[l]);
-#endif
-  }
+  for (int l = 0; l < W - 1; l++) FN(store_half)(dst + 3 * l, FN(piece_of)(r[l % BS_BLOCK], l / BS_BLOCK));
   BS_UNROLL
   for (int j = 0; j < 3; j++) dst[3 * (W - 1) + j] = src[j][W - 1];
 }
@@ -374,6 +479,9 @@ BS_INLINE void FN(store_tail)(S *dst, const V *src, int k, int rows)
 
 #undef BS_BLOCK
 #undef BS_SQUARE
+#undef BS_PIECES
+#undef BS_LOW_OF_FOUR
+#undef BS_HIGH_OF_FOUR
 #undef BS_HALF
 #undef BS_SHUFFLE
 #undef BS_LOW

@@ -23,7 +23,7 @@ from bladesmith.codegen.algebra.algebra import Kind
 from bladesmith.codegen.algebra.loader import STOCK, algebra_from_data
 from bladesmith.codegen.algebra.members import NumericSource, sample
 from bladesmith.codegen.algebra.schema import load_spec, stock_spec_path
-from bladesmith.codegen.build.cpu_features import has_wide_vectors
+from bladesmith.codegen.build.cpu_features import runs
 from bladesmith.codegen.compiler import bind_library
 from bladesmith.codegen.declarations import declared_kernels
 from bladesmith.codegen.execute.arrays import BoundKernel, Library
@@ -33,7 +33,7 @@ from bladesmith.codegen.ir.graph import evaluate
 from bladesmith.codegen.optimise.variants import select_variant
 from bladesmith.codegen.rings.error_bound import BoundRing
 from bladesmith.codegen.rings.protocol import FUNCTIONS
-from bladesmith.codegen.targets.c.instances import PORTABLE, Instance
+from bladesmith.codegen.targets.c.instances import OF_KERNELS, Instance
 from bladesmith.codegen.targets.c.printer import symbol
 from bladesmith.codegen.targets.cuda.printer import cuda_source
 from bladesmith.codegen.trace.kernel import Kernel, interface
@@ -99,7 +99,7 @@ def kept_forms(name: str) -> dict[str, Any]:
 def instances_of(algebra: str, kernel: Kernel) -> list[Instance]:
     """Those on which a kernel is tested, the portable ones first."""
     modules = sorted({formula.__module__ for formula, *_ in declared(algebra).values()})
-    runnable = [i for i in PORTABLE if has_wide_vectors() or not i.wide]
+    runnable = [i for i in OF_KERNELS if runs(i)]
     if modules.index(kernel.formula.__module__) % SHARE == 0:
         return runnable
     return [i for i in runnable if i.bits == 64][-1:]

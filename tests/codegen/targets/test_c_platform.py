@@ -15,11 +15,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bladesmith.codegen.build.cpu_features import has_wide_vectors
+from bladesmith.codegen.build.cpu_features import has_wide_vectors, runs
 from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
 from bladesmith.codegen.execute.nvrtc import compile_text
+from bladesmith.codegen.targets.c.instances import BY_TAG
 
 from ...support.checkout import CHECKOUT
+from ...support.targets.widths import WIDTHS, enclosed
 
 HEADERS = CHECKOUT / "templates" / "c" / "lib"
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
@@ -32,7 +34,6 @@ TAILS = (
     33,
     40,
 )  # their text is long, and repeats itself with the length of a block
-WIDTHS = (0, 16, 32) if has_wide_vectors() else (0, 16)
 INSTANCES = [(bits, width) for bits in (64, 32) for width in WIDTHS]
 each_instance = pytest.mark.parametrize("bits,width", INSTANCES)
 
@@ -109,7 +110,7 @@ def unit(bits: int, width: int, *headers: str) -> str:
     """Text that includes one instance."""
     lines = [f"#define BS_BITS {bits}", f"#define BS_BYTES {width}", f"#define BS_TAG {tag(bits, width)}"]
     lines += [f'#include "{name}"' for name in ("instance.h", "rows.h", *headers, "instance_end.h")]
-    return "\n".join(["BS_V3_BEGIN", *lines, "BS_V3_END"] if width == 32 else lines)
+    return enclosed(width, "\n".join(lines))
 
 
 def compiled(folder: Path, source: str, *options: str, compiler: str = COMPILERS[0]) -> ctypes.CDLL:
@@ -129,9 +130,10 @@ def call(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., None]:
     """Calls one function of one instance on arrays and a count."""
     folder = tmp_path_factory.mktemp("platform")
     write_body(folder, ALL)
-    source = "int has_v3(void) { return BS_CPU_HAS_V3(); }\n"
+    source = "int has_v3(void) { return BS_CPU_HAS_V3(); }\nint has_v4(void) { return BS_CPU_HAS_V4(); }\n"
     library = compiled(folder, source + "\n".join(unit(*each, "body.h") for each in INSTANCES))
     assert bool(library.has_v3()) == has_wide_vectors() or platform.machine() != "x86_64"
+    assert bool(library.has_v4()) == runs(BY_TAG["f64_v4"]) or platform.machine() != "x86_64"
 
     def function(name: str, bits: int, width: int, *arguments: Any) -> int:
         passed = [
@@ -258,7 +260,7 @@ def test_the_scalar_form_is_plain_c99(tmp_path: Path) -> None:
 
 
 def test_an_impossible_instance_is_refused(tmp_path: Path) -> None:
-    for bits, width in ((16, 0), (64, 64)):
+    for bits, width in ((16, 0), (64, 128)):
         text = tmp_path / "bad.c"
         text.write_text('#include "platform.h"\n' + unit(bits, width), encoding="ascii")
         command = [COMPILERS[0], *C_FLAGS, f"-I{HEADERS}", "-c", str(text), "-o", os.devnull]

@@ -27,7 +27,6 @@ from ...support.targets.elementary import (
     LANES,
     PRECISIONS,
     ULPS,
-    WIDTHS,
     arguments,
     errors,
     exact,
@@ -35,6 +34,7 @@ from ...support.targets.elementary import (
     run,
     unit,
 )
+from ...support.targets.widths import WIDTHS
 
 each_function = pytest.mark.parametrize("name", ULPS)
 each_precision = pytest.mark.parametrize("bits", PRECISIONS)

@@ -10,15 +10,13 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
-from bladesmith.codegen.build.cpu_features import has_wide_vectors
-
 from ..checkout import CHECKOUT
+from .widths import enclosed
 
 HEADERS = CHECKOUT / "templates" / "c" / "lib"
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
-WIDTHS = (0, 16, 32) if has_wide_vectors() else (0, 16)
 PRECISIONS = (64, 32)
-LANES = 8  # the most that an instance has; arrays are padded to it
+LANES = 16  # the most that an instance has; arrays are padded to it
 EACH = 300  # arguments per range
 FAR = 1500  # binary digits for reducing the largest angles
 #: Promised errors in ulp; docs/elementary.md has the measured ones, which are smaller.
@@ -76,7 +74,7 @@ def unit(bits: int, width: int, headers: tuple[str, ...] = ("elementary.h", "bod
     """Text that includes one instance."""
     lines = [f"#define BS_BITS {bits}", f"#define BS_BYTES {width}", f"#define BS_TAG f{bits}_{width}"]
     lines += [f'#include "{name}"' for name in ("instance.h", "rows.h", *headers, "instance_end.h")]
-    return "\n".join(["BS_V3_BEGIN", *lines, "BS_V3_END"] if width == 32 else lines)
+    return enclosed(width, "\n".join(lines))
 
 
 def run(library: ctypes.CDLL, name: str, width: int, *arguments: Any) -> Any:

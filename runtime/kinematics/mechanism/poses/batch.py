@@ -84,7 +84,7 @@ class Poses(Mapping[str, Multivector]):
         twist = evaluate(algebra, "joints.twist_between", algebra.wrap(kind, one), algebra.wrap(kind, relative)).value
         if pitch := m.joints[j].pitch:
             return _angles_of_screw(algebra, twist.values, relation.free[:, 0], pitch / m.frame.unit)[..., None]
-        coordinates: Array = twist.values @ np.linalg.pinv(relation.free).T * relation.speeds
+        coordinates: Array = twist.values @ relation.to_coordinates.T
         return coordinates
 
 
