@@ -25,8 +25,8 @@ from ..dispatch.multivector_data import M, MultivectorData
 from ..dispatch.plans import table_rows
 from ..dispatch.product_tables import Table
 
-#: Rows that are checked at a time, so that an interrupt is seen.
-ROWS_AT_ONCE = 1 << 17
+#: Rows that are checked at a time, so that an interrupt is seen; of more, BLAS makes threads, which wait for others.
+ROWS_AT_ONCE = 1 << 14
 #: A multivector is not blown up to a kind of more than this many times its coefficients.
 MOST_ZEROS = 2
 
