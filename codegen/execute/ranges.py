@@ -24,11 +24,13 @@ class TimedRanges:
     n : int
     first, most : int
         Items of the first range, and of the longest.
+    unit : int
+        Ranges begin at multiples of it.
     """
 
-    def __init__(self, n: int, first: int, most: int) -> None:
-        self.n, self.size, self.most = n, min(first, most), most
-        self.begin = 0
+    def __init__(self, n: int, first: int, most: int, unit: int = 1) -> None:
+        self.n, self.most, self.unit = n, most, unit
+        self.size, self.begin = self._whole(first), 0
 
     def __iter__(self) -> TimedRanges:
         return self
@@ -43,7 +45,10 @@ class TimedRanges:
     def timed(self, items: int, seconds: float) -> None:
         """Say how long a range took."""
         times = min(GROWTH, LONGEST / max(seconds, 1e-9))
-        self.size = min(self.most, max(1, int(items * times)))
+        self.size = self._whole(int(items * times))
+
+    def _whole(self, items: int) -> int:
+        return max(1, min(items, self.most) // self.unit) * self.unit
 
 
 def run_serially(run: Callable[[int, int], None], n: int, first: int | None = None) -> None:

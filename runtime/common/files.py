@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from ..codegen.interrupts import deferred_interrupts
 from ..errors import InputError
 from .validation import short_repr
 
@@ -109,18 +110,18 @@ def replacing(path: Path) -> Iterator[Path]:
         with _beside_a_device(path) as temporary:
             yield temporary
         return
+    temporary: Path | None = None
     try:
-        handle, name = tempfile.mkstemp(dir=path.absolute().parent, prefix=f".{path.name}.")
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(path)) from None
-    os.close(handle)
-    temporary = Path(name)
-    try:
+        with deferred_interrupts():  # no file is left whose name is not known yet
+            handle, name = tempfile.mkstemp(dir=path.absolute().parent, prefix=f".{path.name}.")
+            temporary = Path(name)
+            os.close(handle)
         yield temporary
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
     except BaseException as error:
-        temporary.unlink(missing_ok=True)
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
         if isinstance(error, OSError):
             raise OSError(error.errno, error.strerror or str(error), str(path)) from None
         raise

@@ -65,11 +65,12 @@ def run(
     progress: Callable[[int], None] | None = None,
     grain: int = 1,
     stop: Callable[[], None] | None = None,
+    unit: int = 1,
 ) -> None:
     """Call ``part(begin, end)`` until [0, n) is covered.
 
-    Ranges have the length of ``chunk``, else as many items as take some 0.1 s, by the time that those before them took:
-    an interrupt is seen between them.
+    Ranges have as many items as take some 0.1 s, by the time that those before them took: an interrupt is seen between
+    them.
 
     Parameters
     ----------
@@ -79,7 +80,7 @@ def run(
     threads : int, optional
         Default: that of `set_threads`. Inside another `run`: one.
     chunk : int, optional
-        Items per call.
+        Items of the first call, and of any at most.
     progress : callable, optional
         Called in the calling thread with the number of items that are done.
     grain : int, optional
@@ -87,6 +88,8 @@ def run(
     stop : callable, optional
         Called at an interrupt, or when a range has failed, before those that run are waited for: it may end them. With
         it the calling thread does no work of its own, so that an interrupt is seen while a range runs.
+    unit : int
+        Ranges begin at multiples of it, whatever they take: where items in between share a result.
 
     Raises
     ------
@@ -105,7 +108,7 @@ def run(
     most = chunk or max(grain, -(-n // (count * CHUNKS_PER_THREAD)))
     if count == 1 and chunk is None:
         most = n
-    ranges = TimedRanges(n, chunk or max(grain, FIRST), most)
+    ranges = TimedRanges(n, chunk or max(grain, FIRST), most, unit)
     if stop is None and (count == 1 or n <= most):
         _run_serial(part, ranges, progress)
     else:

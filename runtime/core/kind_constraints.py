@@ -25,6 +25,8 @@ from ..dispatch.multivector_data import M, MultivectorData
 from ..dispatch.plans import table_rows
 from ..dispatch.product_tables import Table
 
+#: Rows that are checked at a time, so that an interrupt is seen; of more, BLAS makes threads, which wait for others.
+ROWS_AT_ONCE = 1 << 14
 #: A multivector is not blown up to a kind of more than this many times its coefficients.
 MOST_ZEROS = 2
 
@@ -36,15 +38,19 @@ def tolerance(dtype: np.dtype[Any]) -> float:
 
 def satisfies_constraints(kind: Kind, data: NDArray[Any]) -> NDArray[np.bool_]:
     """For each row of coefficients, whether the kind's constraints hold; NaN does not."""
-    form = quadratic_constraints(kind)
-    x = np.ascontiguousarray(data, np.float64).reshape(-1, kind.size)
-    with np.errstate(all="ignore"):
-        value = form.at(x)
-        size = form.size.at(np.abs(x)) if form.size else np.abs(value)
-        # x ~x - 1, for one: noise in its other parts is noise of the 1
-        size = size + np.where(form.whole >= 0, size[:, form.whole], 0.0)
-        good = ((np.abs(value) <= tolerance(data.dtype) * size) & np.isfinite(size)).all(-1)
-    return np.asarray(good).reshape(data.shape[:-1])
+    form, least = quadratic_constraints(kind), tolerance(data.dtype)
+    rows = data.reshape(-1, kind.size)
+    good = np.empty(len(rows), bool)
+    for begin in range(0, len(rows), ROWS_AT_ONCE):
+        block = slice(begin, begin + ROWS_AT_ONCE)
+        x = np.ascontiguousarray(rows[block], np.float64)
+        with np.errstate(all="ignore"):
+            value = form.at(x)
+            size = form.size.at(np.abs(x)) if form.size else np.abs(value)
+            # x ~x - 1, for one: noise in its other parts is noise of the 1
+            size = size + np.where(form.whole >= 0, size[:, form.whole], 0.0)
+            good[block] = ((np.abs(value) <= least * size) & np.isfinite(size)).all(-1)
+    return good.reshape(data.shape[:-1])
 
 
 #: An item that satisfies constraints to this part of the tolerance does so however sums are rounded.

@@ -85,7 +85,8 @@ def mean(x: Multivector, weights: Any = None, axis: int = 0, strict: bool = Fals
         for _ in range(STEPS):
             result = call("pose_paths.relative_twist", m, items)
             step = (fraction[..., None] * result.value).sum(0)
-            m = as_poses(call("pose_paths.moved_by", m, ArrayOperand(step, 6, "the step")))
+            moved = as_poses(call("pose_paths.moved_by", m, ArrayOperand(step, 6, "the step")))
+            m = home.wrap(m.kind, np.where(open_[..., None], moved._data, m._data))  # an item alone takes no more steps
             size = np.fmax(np.abs(step[..., :3]).max(-1), np.abs(step[..., 3:]).max(-1) / far)
             open_ = open_ & ((size >= SMALL) | ((size > 0) & (size <= HARDLY * before)))
             if not open_.any():

@@ -25,6 +25,17 @@ def test_every_item_is_done_once(n, threads, chunk):
     assert sorted(done) == list(range(n))
 
 
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("n", [1, 7, 8, 1001])
+def test_ranges_begin_at_multiples_of_a_unit(n, threads, monkeypatch):
+    monkeypatch.setattr(ranges, "LONGEST", 1e-9)
+    for chunk in (None, 24):
+        found = []
+        parallel.run(lambda begin, end, to=found: to.append((begin, end)), n, threads, chunk, unit=8)
+        assert all(begin % 8 == 0 and (end % 8 == 0 or end == n) for begin, end in found)
+        assert sorted(i for pair in found for i in range(*pair)) == list(range(n))
+
+
 def test_progress_adds_up_in_the_calling_thread():
     told, names = [], set()
 

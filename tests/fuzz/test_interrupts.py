@@ -164,6 +164,12 @@ def _load(folder: Path) -> Call:
     return lambda: bs.load(folder / "x.npz")
 
 
+def _load_points(folder: Path) -> Call:
+    """Coefficients are checked to be those of points."""
+    bs.save(folder / "x.npz", CGA.point(_points()))
+    return lambda: bs.load(folder / "x.npz")
+
+
 def _chain() -> kinematics.Chain:
     ways = [(0, 0, 1.0), (0, 1.0, 0), (1.0, 0, 0)]
     axes = [kinematics.revolute_axis((i, 0.1 * i, 0.2 * (i % 2)), ways[i % 3]) for i in range(6)]

@@ -224,6 +224,14 @@ def test_velocities_that_are_given_are_taken() -> None:
         assert distance(spline(TIMES), x) < 2e-14
 
 
+def test_a_mean_alone_has_the_bits_that_it_has_among_others() -> None:
+    """One that takes few steps beside others that take many."""
+    x = poses.from_rotation_vector(np.random.default_rng(4).normal(size=(5, 100, 3)))
+    many = poses.mean(x)
+    for i in range(100):
+        np.testing.assert_array_equal(poses.to_dual_quaternion(poses.mean(x[:, i])), poses.to_dual_quaternion(many[i]))
+
+
 def test_splines_of_bad_input() -> None:
     x = some(3)
     spline = poses.Spline(x, [0, 1, 2])

@@ -69,10 +69,11 @@ class BoundScene:
         roots: int,
         threads: int | None,
         chunks: int = 1,
+        unit: int = 1,
     ) -> None:
         part = self._scene.hits_loop(loop, rays, results, roots)
         chunk = self.engine.chunk
-        parallel.run(part, n, threads, chunk=chunks * chunk if n > chunk else None)
+        parallel.run(part, n, threads, chunk=chunks * chunk if n > chunk else None, unit=unit)
 
     def first(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
         """First hits of rays: t, point, normal, alpha, surface, status."""
@@ -94,7 +95,7 @@ class BoundScene:
         if n <= RAYS_PER_CHUNK:
             threads = 1  # one checksum
         shared = -(-len(checksum) // (CALLS_PER_THREAD * threads))
-        self._run("wide", rays, n, results, 1, threads, min(max(shared, 1), CHUNKS_AT_ONCE))
+        self._run("wide", rays, n, results, 1, threads, min(max(shared, 1), CHUNKS_AT_ONCE), unit=RAYS_PER_CHUNK)
         return results
 
     @staticmethod

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bladesmith import cga3d, tracer
+from bladesmith.codegen.execute import ranges
 from bladesmith.curves import KochanekBartels
 from bladesmith.errors import InputError
 from bladesmith.tracer.rendering.hits import FEW_RAYS
@@ -121,6 +122,18 @@ def test_a_change_is_noticed_wherever_it_is_among_many_rays(threads):
         origins[place, 0] += 1.0
         with pytest.raises(InputError, match="changed"):
             _ = hits.point
+
+
+@pytest.mark.parametrize("count", [100, FEW_RAYS, 5 * FEW_RAYS + 3])
+def test_rays_that_took_long_are_not_taken_for_changed(monkeypatch, count):
+    """However long a call took, ranges begin where checksums do."""
+    scene = tracer.Scene(CAMERA, [], [tracer.Plane((0, 0, 1), 0.0)])
+    origins, directions = np.random.default_rng(3).normal(size=(2, count, 3))
+    for threads in (1, 2):
+        with monkeypatch.context() as patch:
+            patch.setattr(ranges, "LONGEST", 1e-9)
+            hits = scene.intersect(origins, directions, threads=threads)
+        assert hits.point.shape == (count, 3)
 
 
 def test_rays_without_points_are_asked_in_any_shape_and_number_of_threads():
