@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,16 @@ from .ranges import FIRST_CHEAP, run_serially
 from .result_memory import MANY, STORE
 
 Array = NDArray[Any]
-#: Splits ``run(begin, end)`` over threads, with as many items as given at first; the runtime installs its own.
+
+
+class Splitter(Protocol):
+    """Splits ``run(begin, end)`` over threads; the runtime installs its own."""
+
+    def __call__(self, run: Callable[[int, int], None], n: int, first: int | None = None, /) -> None:
+        """Run items 0 .. n - 1, ``first`` of them in a thread's first call."""
+
+
 #: None: this thread.
-Splitter = Callable[[Callable[[int, int], None], int, "int | None"], None]
 _splitter: Splitter | None = None
 _F64, _F32 = np.dtype(np.float64), np.dtype(np.float32)
 _READY = 0x101  # flags of arrays that are contiguous and aligned: NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED

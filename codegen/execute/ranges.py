@@ -13,7 +13,7 @@ GROWTH = 8
 #: Items of a first range, of which nothing is known.
 FIRST = 16
 #: The same for cheap items, such as products: less than a call of Python costs beside them.
-FIRST_CHEAP = 1 << 14
+FIRST_CHEAP = 1 << 16
 
 
 class TimedRanges:

@@ -464,16 +464,17 @@ int bs_run_item(const bs_item *item, void *out, const void *a, const void *b, co
   const ptrdiff_t strides[4] = {0, 0, 0, 0};
   char *const first = (char *)out;
   void *outs[8];
-  double total = 0;
-  int told = 0;
-  for (int o = 0; o < item->count; o++) outs[o] = first + item->places[o];
+  int found = 0;
+  for (int o = 0; o < item->count; o++) outs[o] = &first[item->places[o]];
   bs_tables[item->single][item->kernel](0, 1, outs, ins, strides);
   for (int o = 0; o < item->count; o++) {
     const ptrdiff_t size = item->sizes[o];
-    if (!size) told |= *(const unsigned char *)outs[o];
-    for (ptrdiff_t i = 0; i < size; i++) total += 0 * (item->single ? ((const float *)outs[o])[i] : ((const double *)outs[o])[i]);
+    if (!size && *(const unsigned char *)outs[o]) found |= 2;
+    for (ptrdiff_t i = 0; i < size; i++) {
+      if (!isfinite(item->single ? ((const float *)outs[o])[i] : ((const double *)outs[o])[i])) found |= 1;
+    }
   }
-  return (total == 0 ? 0 : 1) | (told ? 2 : 0);
+  return found;
 }
 
 /* Rows of b at a time: they stay in the nearest cache while the rows of a pass by. */

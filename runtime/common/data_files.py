@@ -76,7 +76,7 @@ def _write(file: Any, arrays: Mapping[str, NDArray[Any]], header: Mapping[str, A
             array = np.require(given, requirements="C")
             with archive.open(name + SUFFIX, "w", force_zip64=True) as member:
                 npy.write_array_header_1_0(member, npy.header_data_from_array_1_0(array))
-                data = array.reshape(-1).view(np.uint8)
+                data = array.reshape(-1).view(np.uint8).data
                 for begin in range(0, len(data), BLOCK):
                     member.write(data[begin : begin + BLOCK])
 

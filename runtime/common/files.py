@@ -107,8 +107,8 @@ def replacing(path: Path) -> Iterator[Path]:
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():
-        with _beside_a_device(path) as temporary:
-            yield temporary
+        with _beside_a_device(path) as whole:
+            yield whole
         return
     temporary: Path | None = None
     try:

@@ -103,6 +103,9 @@ def run(
     count = thread_count(threads)  # checked also where nothing is to be done
     if n <= 0:
         return
+    if n <= grain and chunk is None and progress is None and stop is None:  # the short way
+        _call(part, 0, n)
+        return
     if getattr(_inside, "running", False):
         count = 1
     most = chunk or max(grain, -(-n // (count * CHUNKS_PER_THREAD)))
@@ -173,7 +176,11 @@ def split(part: Part, n: int, first: int | None = None, threads: int | None = No
     if is_whole or n <= FEW:
         part(0, n)
     elif n < 2 * GRAIN or count == 1 or getattr(_inside, "running", False):
-        run_serially(partial(_call, part), n, first)
+
+        def timed(begin: int, end: int) -> None:
+            _call(part, begin, end)
+
+        run_serially(timed, n, first)
     else:
         most = max(GRAIN, -(-n // count))
         _run_threaded(part, TimedRanges(n, first or SHARED_AT_FIRST, most), count)

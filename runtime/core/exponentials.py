@@ -44,7 +44,8 @@ def exp(x: P, strict: bool = False) -> P:
     formula = x._type.memoize("exp", lambda: _exp_formula(x) if x.grades == (2,) else "")
     usual = item_value(x.algebra, formula, (x,)) if formula else None
     if usual is not None and strict is False:
-        return _as_versor(usual)  # type: ignore[type-var]
+        made: P = _as_versor(usual)
+        return made
     value = _as_versor(evaluate(x.algebra, formula, x).value) if formula else _exp_series(x)
     result: P = invalidate_nonfinite(value)
     if as_bool(strict, "strict"):

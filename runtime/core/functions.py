@@ -87,7 +87,7 @@ def normalized(x: P, kind: str | Kind | None = None, strict: bool = False, toler
     which the object is one away from the origin (or nearer). For a circle of radius r at a distance d it is about
     r/d times the change of its shape: rounding of the coefficients at d looks small, and may be large beside r.
     """
-    if kind is tolerance is None and strict is False and not x._lead and not x.kind.constraints:
+    if kind is None and tolerance is None and strict is False and not x._lead and not x.kind.constraints:
         usual = _normalized_item(x)
         if usual is not None:
             return usual

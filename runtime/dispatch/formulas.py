@@ -68,7 +68,7 @@ class ResolvedKernel:
 class FormulaResult(NamedTuple):
     """Results of a formula: multivectors and arrays in the formula's order, and the status of each item."""
 
-    values: Sequence[Any]
+    values: tuple[Any, ...]
     status: NDArray[np.uint8] | None
 
     @property
@@ -108,21 +108,17 @@ def evaluate(algebra: TypedAlgebra, formula: str, *operands: MultivectorData | A
     return FormulaResult(values, code)
 
 
-def evaluate_item(
-    algebra: TypedAlgebra, formula: str, operands: Sequence[ItemOperand]
-) -> FormulaResult | None:
+def evaluate_item(algebra: TypedAlgebra, formula: str, operands: Sequence[ItemOperand]) -> FormulaResult | None:
     """`evaluate` for single items in double precision, all finite and OK; None where anything is not as usual."""
     plan, pointers = item_plan(algebra, formula, operands)
     values = plan.values(pointers)
-    return None if values is None else FormulaResult(values, plan.status)
+    return None if values is None else FormulaResult(tuple(values), plan.status)
 
 
-def item_value(
-    algebra: TypedAlgebra, formula: str, operands: Sequence[ItemOperand]
-) -> Any:
+def item_value(algebra: TypedAlgebra, formula: str, operands: Sequence[ItemOperand]) -> Any:
     """The first result of `evaluate_item`, a multivector."""
     plan, pointers = item_plan(algebra, formula, operands)
-    return plan.value(pointers)  # type: ignore[no-any-return]
+    return plan.value(pointers)
 
 
 def item_plan(

@@ -67,8 +67,9 @@ def mean(x: Multivector, weights: Any = None, axis: int = 0, strict: bool = Fals
     Returns
     -------
     Multivector
-        `NOT_CONVERGED` and NaN where 64 steps do not lead there. `NOT_UNIQUE`: to rounding, two poses are half a turn
-        apart, or more of them are as near to other rotations, as three are a third of a turn apart around an axis.
+        `NOT_CONVERGED` and NaN where 64 steps do not lead there. `NOT_UNIQUE`: to rounding, the poses have two
+        rotations, half a turn apart, or others are as near to them, as three are a third of a turn apart around an
+        axis.
     """
     pose = as_pose(x)
     place = as_axis(axis, pose.shape, "x has the")
@@ -109,9 +110,17 @@ def _has_several(items: Multivector, fraction: Array) -> Any:
     largest = np.linalg.eigvalsh(np.where(np.isfinite(spread), spread, 0.0))[..., 2:]
     near = 16 * np.finfo(q.dtype).eps
     several = largest[..., 1] - largest[..., 0] <= near
-    if len(q) == 2:
-        several |= (np.abs((q[0] * q[1]).sum(-1)) <= near) & (fraction > 0).all(0)
-    return several
+    return several | _are_half_a_turn_apart(q, fraction > 0, near)
+
+
+def _are_half_a_turn_apart(q: Array, counts: Any, near: float) -> Any:
+    """Whether quaternions (n, ..., 4), those that count, are of two rotations that are half a turn apart."""
+    first = np.take_along_axis(q, np.argmax(counts, 0)[None, ..., None], 0)
+    from_first = np.abs((q * first).sum(-1))
+    others = counts & (from_first <= near)
+    second = np.take_along_axis(q, np.argmax(others, 0)[None, ..., None], 0)
+    is_one = (from_first >= 1 - near) | (others & (np.abs((q * second).sum(-1)) >= 1 - near))
+    return others.any(0) & (is_one | ~counts).all(0)
 
 
 def _start(items: Multivector, fraction: Array) -> Multivector:
@@ -129,6 +138,7 @@ def _fractions(weights: Any, shape: tuple[int, ...], place: int) -> Array:
     if weights is None:
         weights = np.ones(shape[place])
     w = finite_array(weights, "weights")
+    w = w / max(1.0, float(np.abs(w).max(initial=0.0)))  # so that their sum is finite
     if w.ndim == 1 and len(shape) > 1 and w.shape[0] == shape[place]:
         w = w.reshape([-1 if i == place else 1 for i in range(len(shape))])
     try:

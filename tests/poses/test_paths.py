@@ -137,6 +137,8 @@ def test_means_that_are_not_the_only_ones_say_so() -> None:
             for angles, weights, status in (
                 ((0, np.pi), None, Status.NOT_UNIQUE), ((0, np.pi), [1, 3], Status.NOT_UNIQUE),
                 ((0, 2 * np.pi / 3, 4 * np.pi / 3), None, Status.NOT_UNIQUE), ((0, np.pi), [1, 0], Status.OK),
+                ((0, 0, np.pi), None, Status.NOT_UNIQUE), ((np.pi, 0, np.pi, np.pi), None, Status.NOT_UNIQUE),
+                ((0, np.pi, 1), [1e308, 1e308, 0], Status.NOT_UNIQUE), ((0.2, 0.1), [1e308, 1e308], Status.OK),
                 ((0, 3.1), None, Status.OK), ((0, np.pi, 0.1), None, Status.OK), ((0.0,), None, Status.OK),
             ):  # fmt: skip
                 x = poses.from_rotation_vector(np.asarray(angles, dtype)[:, None] * turns, (1, 2, 3))

@@ -81,7 +81,7 @@ class EuclideanAlgebra(Algebra):
             fields = [v[0] if len(v) == 1 else v for v in map(plain, usual.values)]
             own = ONE if orientation is None else fields.pop(orientation)
             result = kind(*fields)
-            result.orientation = own
+            result.orientation = own  # type: ignore[assignment]
             result.status = Status.OK
             return result
         outcome = evaluate(self, formula, x)

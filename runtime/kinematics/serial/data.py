@@ -219,7 +219,7 @@ class SerialChainData(JointDynamics):
         """
         if all is strict is False and threads is None and is_plain(q, self._row):
             call = self.driver.motor_of_item
-            motor = None if call is None else call(q)
+            motor = None if call is None else call(q)  # type: ignore[arg-type]
             if motor is not None:
                 return self.algebra.multivector_class._make(self._motor, motor, ())
         x = self.coordinates(q)
@@ -266,7 +266,7 @@ class SerialChainData(JointDynamics):
         usual = frame.__class__ is str and frame == "world" and point is None and status is strict is False
         if usual and threads is None and is_plain(q, self._row):
             call = self.driver.jacobian_of_item
-            matrix = None if call is None else call(q)
+            matrix = None if call is None else call(q)  # type: ignore[arg-type]
             if matrix is not None:
                 return matrix
         x = self.coordinates(q)

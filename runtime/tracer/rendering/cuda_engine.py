@@ -38,7 +38,7 @@ class CudaEngine(Engine):
     is_c = True
     meets_several = False
     #: As many as a large GPU has threads, some times over.
-    chunk = 1 << 20
+    chunk = grain = 1 << 20
 
     def __init__(self, needs: SceneNeeds, module: CudaModule, host: Engine) -> None:
         super().__init__(needs)

@@ -73,7 +73,8 @@ class BoundScene:
     ) -> None:
         part = self._scene.hits_loop(loop, rays, results, roots)
         chunk = self.engine.chunk
-        parallel.run(part, n, threads, chunk=chunks * chunk if n > chunk else None, unit=unit)
+        wanted = chunks * chunk if n > chunk else None
+        parallel.run(part, n, threads, chunk=wanted, unit=unit, grain=self.engine.grain)
 
     def first(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
         """First hits of rays: t, point, normal, alpha, surface, status."""

@@ -66,6 +66,8 @@ class Engine(ABC):
     meets_several: bool
     #: Rays of one call.
     chunk = RAYS_PER_CHUNK
+    #: Rays that are not shared out to threads.
+    grain = 1
 
     def __init__(self, needs: SceneNeeds) -> None:
         self.needs = needs

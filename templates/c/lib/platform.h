@@ -104,8 +104,11 @@ static inline BS_UNUSED int bs_cpu_has_v4(void)
 #define BS_CPU_HAS_V4() bs_cpu_has_v4()
 #if defined(__clang__)
 #define BS_V3_BEGIN _Pragma("clang attribute push(__attribute__((target(\"avx2\"))), apply_to = function)")
+/* A pragma is one literal. */
+/* clang-format off */
 #define BS_V4_BEGIN \
   _Pragma("clang attribute push(__attribute__((target(\"avx512f,avx512dq,avx512bw,avx512vl\"))), apply_to = function)")
+/* clang-format on */
 #define BS_V3_END _Pragma("clang attribute pop")
 #else
 #define BS_V3_BEGIN _Pragma("GCC push_options") _Pragma("GCC target(\"avx2\")")

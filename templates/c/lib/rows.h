@@ -236,7 +236,7 @@ BS_INLINE V FN(join_pieces)(const BS_HALF *p)
 BS_INLINE BS_HALF FN(piece_of)(V v, int l)
 {
 #if BS_BYTES == 64
-  return FN(quarter)(FN(half32)(v, l / 2), l % 2);
+  return FN(quarter)(FN(half32)(v, l >> 1), l & 1);
 #elif BS_BYTES == 32
   return l ? FN(upper)(v) : FN(lower)(v);
 #else
@@ -284,8 +284,8 @@ BS_INLINE void FN(transpose_square)(V *r) /* four by four in each 32 bytes */
 BS_INLINE V FN(load_fours)(const S *src, const ptrdiff_t *start, int l)
 {
 #if BS_BYTES == 64
-  return FN(join32)((FN(piece32))(*(const FN(loose32) *)(src + start[l])),
-      (FN(piece32))(*(const FN(loose32) *)(src + start[l + 4])));
+  return FN(join32)(
+      (FN(piece32))(*(const FN(loose32) *)(src + start[l])), (FN(piece32))(*(const FN(loose32) *)(src + start[l + 4])));
 #else
   return (V)(*(const FN(loose_vector) *)(src + start[l]));
 #endif
