@@ -153,12 +153,14 @@ static void FN(cga2d_invariants_vector_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga2d_invariants_vector)(invariants, x_in);
     if (rows == W) {
       FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(invariants_rows + i * 8, invariants, 8);
     } else {
       FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
     }
@@ -179,12 +181,14 @@ static void FN(cga2d_invariants_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(cga2d_invariants_bivector)(invariants, x_in);
     if (rows == W) {
       FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(invariants_rows + i * 8, invariants, 8);
     } else {
       FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
     }
@@ -205,12 +209,14 @@ static void FN(cga2d_invariants_trivector_batch)(ptrdiff_t begin, ptrdiff_t end,
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga2d_invariants_trivector)(invariants, x_in);
     if (rows == W) {
       FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(invariants_rows + i * 8, invariants, 8);
     } else {
       FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
     }

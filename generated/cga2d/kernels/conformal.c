@@ -300,12 +300,14 @@ static void FN(cga2d_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 2, 2, rows);
     }
     FN(cga2d_point_euclidean)(out, position_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -333,13 +335,15 @@ static void FN(cga2d_sphere_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (center_stride) FN(load_rows)(center_in, center_rows + i * 2, 2);
       if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (center_stride) FN(load_tail)(center_in, center_rows + i * 2, 2, rows);
       if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
     }
     FN(cga2d_sphere_euclidean_number)(out, status, center_in, radius_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -368,13 +372,15 @@ static void FN(cga2d_point_pair_euclidean_euclidean_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       if (a_stride) FN(load_rows)(a_in, a_rows + i * 2, 2);
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 2, 2, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 2, 2, rows);
     }
     FN(cga2d_point_pair_euclidean_euclidean)(out, status, a_in, b_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -403,13 +409,15 @@ static void FN(cga2d_line_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (point_stride) FN(load_rows)(point_in, point_rows + i * 2, 2);
       if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (point_stride) FN(load_tail)(point_in, point_rows + i * 2, 2, rows);
       if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 2, 2, rows);
     }
     FN(cga2d_line_euclidean_euclidean)(out, status, point_in, direction_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -438,13 +446,15 @@ static void FN(cga2d_line_through_euclidean_euclidean_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       if (a_stride) FN(load_rows)(a_in, a_rows + i * 2, 2);
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 2, 2, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 2, 2, rows);
     }
     FN(cga2d_line_through_euclidean_euclidean)(out, status, a_in, b_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -478,7 +488,7 @@ static void FN(cga2d_circle_through_euclidean_euclidean_euclidean_batch)(ptrdiff
       if (a_stride) FN(load_rows)(a_in, a_rows + i * 2, 2);
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 2, 2);
       if (c_stride) FN(load_rows)(c_in, c_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 2, 2, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 2, 2, rows);
       if (c_stride) FN(load_tail)(c_in, c_rows + i * 2, 2, rows);
@@ -486,6 +496,8 @@ static void FN(cga2d_circle_through_euclidean_euclidean_euclidean_batch)(ptrdiff
     FN(cga2d_circle_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -509,12 +521,14 @@ static void FN(cga2d_point_parameters_point_batch)(ptrdiff_t begin, ptrdiff_t en
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga2d_point_parameters_point)(position, status, x_in);
     if (rows == W) {
       FN(store_rows)(position_rows + i * 2, position, 2);
+    } else if (rows == 1) {
+      FN(store_lane)(position_rows + i * 2, position, 2);
     } else {
       FN(store_tail)(position_rows + i * 2, position, 2, rows);
     }
@@ -542,7 +556,7 @@ static void FN(cga2d_sphere_parameters_circle_batch)(ptrdiff_t begin, ptrdiff_t 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga2d_sphere_parameters_circle)(center, radius, orientation, status, x_in);
@@ -550,6 +564,10 @@ static void FN(cga2d_sphere_parameters_circle_batch)(ptrdiff_t begin, ptrdiff_t 
       FN(store_rows)(center_rows + i * 2, center, 2);
       FN(store_rows)(radius_rows + i * 1, radius, 1);
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(center_rows + i * 2, center, 2);
+      FN(store_lane)(radius_rows + i * 1, radius, 1);
+      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
     } else {
       FN(store_tail)(center_rows + i * 2, center, 2, rows);
       FN(store_tail)(radius_rows + i * 1, radius, 1, rows);
@@ -577,13 +595,16 @@ static void FN(cga2d_point_pair_parameters_point_pair_batch)(ptrdiff_t begin, pt
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(cga2d_point_pair_parameters_point_pair)(a, b, status, x_in);
     if (rows == W) {
       FN(store_rows)(a_rows + i * 2, a, 2);
       FN(store_rows)(b_rows + i * 2, b, 2);
+    } else if (rows == 1) {
+      FN(store_lane)(a_rows + i * 2, a, 2);
+      FN(store_lane)(b_rows + i * 2, b, 2);
     } else {
       FN(store_tail)(a_rows + i * 2, a, 2, rows);
       FN(store_tail)(b_rows + i * 2, b, 2, rows);

@@ -178,12 +178,14 @@ static void FN(cga2d_exp_bivector_twist_batch)(ptrdiff_t begin, ptrdiff_t end, v
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
     }
     FN(cga2d_exp_bivector_twist)(out, b_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -206,12 +208,14 @@ static void FN(cga2d_log_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
     }
     FN(cga2d_log_motor_motor)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -235,12 +239,14 @@ static void FN(cga2d_sqrt_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
     }
     FN(cga2d_sqrt_motor_motor)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }

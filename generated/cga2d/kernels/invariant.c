@@ -943,12 +943,14 @@ static void FN(cga2d_exp_bivector_bivector_batch)(ptrdiff_t begin, ptrdiff_t end
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 6, 6, rows);
     }
     FN(cga2d_exp_bivector_bivector)(out, b_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -971,12 +973,14 @@ static void FN(cga2d_log_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
     }
     FN(cga2d_log_rotor_even)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1000,12 +1004,14 @@ static void FN(cga2d_sqrt_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
     }
     FN(cga2d_sqrt_rotor_even)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }

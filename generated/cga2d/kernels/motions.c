@@ -66,12 +66,14 @@ static void FN(cga2d_translator_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end,
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (t_stride) FN(load_rows)(t_in, t_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (t_stride) FN(load_tail)(t_in, t_rows + i * 2, 2, rows);
     }
     FN(cga2d_translator_euclidean)(out, t_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -97,13 +99,15 @@ static void FN(cga2d_planar_rotor_number_euclidean_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
       if (point_stride) FN(load_rows)(point_in, point_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
       if (point_stride) FN(load_tail)(point_in, point_rows + i * 2, 2, rows);
     }
     FN(cga2d_planar_rotor_number_euclidean)(out, angle_in, point_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -124,12 +128,14 @@ static void FN(cga2d_motor_to_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
     }
     FN(cga2d_motor_to_matrix_motor)(matrix, r_in);
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 9, matrix, 9);
+    } else if (rows == 1) {
+      FN(store_lane)(matrix_rows + i * 9, matrix, 9);
     } else {
       FN(store_tail)(matrix_rows + i * 9, matrix, 9, rows);
     }

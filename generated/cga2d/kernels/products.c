@@ -428,13 +428,15 @@ static void FN(cga2d_geometric_multivector_multivector_batch)(ptrdiff_t begin, p
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
     }
     FN(cga2d_geometric_multivector_multivector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -460,13 +462,15 @@ static void FN(cga2d_geometric_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(cga2d_geometric_motor_motor)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -492,13 +496,15 @@ static void FN(cga2d_outer_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
     }
     FN(cga2d_outer_multivector_multivector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -524,13 +530,15 @@ static void FN(cga2d_outer_vector_vector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(cga2d_outer_vector_vector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -556,13 +564,15 @@ static void FN(cga2d_outer_bivector_vector_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(cga2d_outer_bivector_vector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -588,13 +598,15 @@ static void FN(cga2d_inner_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
     }
     FN(cga2d_inner_multivector_multivector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 15, out, 15);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 15, out, 15);
     } else {
       FN(store_tail)(out_rows + i * 15, out, 15, rows);
     }
@@ -620,13 +632,15 @@ static void FN(cga2d_regressive_line_line_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
     }
     FN(cga2d_regressive_line_line)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -652,13 +666,15 @@ static void FN(cga2d_regressive_line_circle_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(cga2d_regressive_line_circle)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -684,13 +700,15 @@ static void FN(cga2d_regressive_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(cga2d_regressive_circle_circle)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -716,13 +734,15 @@ static void FN(cga2d_sandwich_motor_point_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga2d_sandwich_motor_point)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -748,13 +768,15 @@ static void FN(cga2d_sandwich_motor_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
     }
     FN(cga2d_sandwich_motor_line)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -780,13 +802,15 @@ static void FN(cga2d_sandwich_motor_circle_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga2d_sandwich_motor_circle)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -812,13 +836,15 @@ static void FN(cga2d_sandwich_motor_point_pair_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(cga2d_sandwich_motor_point_pair)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }

@@ -211,12 +211,14 @@ static void FN(cga2d_normalise_vector_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga2d_normalise_vector)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -240,12 +242,14 @@ static void FN(cga2d_normalise_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, v
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(cga2d_normalise_bivector)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -269,12 +273,14 @@ static void FN(cga2d_normalise_trivector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga2d_normalise_trivector)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -298,12 +304,14 @@ static void FN(cga2d_normalise_flat_any_motor_batch)(ptrdiff_t begin, ptrdiff_t 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga2d_normalise_flat_any_motor)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -327,12 +335,14 @@ static void FN(cga2d_normalise_flat_any_line_batch)(ptrdiff_t begin, ptrdiff_t e
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
     }
     FN(cga2d_normalise_flat_any_line)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -356,12 +366,14 @@ static void FN(cga2d_normalise_flat_any_circle_batch)(ptrdiff_t begin, ptrdiff_t
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga2d_normalise_flat_any_circle)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }

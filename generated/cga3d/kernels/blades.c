@@ -1652,13 +1652,15 @@ static void FN(cga3d_project_sum_any_point_any_point_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (written_stride) FN(load_rows)(written_in, written_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (written_stride) FN(load_tail)(written_in, written_rows + i * 5, 5, rows);
     }
     FN(cga3d_project_sum_any_point_any_point)(out, status, x_in, written_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1687,13 +1689,15 @@ static void FN(cga3d_project_sum_any_point_pair_any_point_pair_batch)(ptrdiff_t 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
     }
     FN(cga3d_project_sum_any_point_pair_any_point_pair)(out, status, x_in, written_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1722,13 +1726,15 @@ static void FN(cga3d_project_sum_any_line_any_line_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (written_stride) FN(load_rows)(written_in, written_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (written_stride) FN(load_tail)(written_in, written_rows + i * 6, 6, rows);
     }
     FN(cga3d_project_sum_any_line_any_line)(out, status, x_in, written_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1757,13 +1763,15 @@ static void FN(cga3d_project_sum_any_circle_any_circle_batch)(ptrdiff_t begin, p
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
     }
     FN(cga3d_project_sum_any_circle_any_circle)(out, status, x_in, written_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1792,13 +1800,15 @@ static void FN(cga3d_project_sum_any_plane_any_plane_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (written_stride) FN(load_rows)(written_in, written_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (written_stride) FN(load_tail)(written_in, written_rows + i * 4, 4, rows);
     }
     FN(cga3d_project_sum_any_plane_any_plane)(out, status, x_in, written_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1827,13 +1837,15 @@ static void FN(cga3d_project_sum_any_sphere_any_sphere_batch)(ptrdiff_t begin, p
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (written_stride) FN(load_rows)(written_in, written_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (written_stride) FN(load_tail)(written_in, written_rows + i * 5, 5, rows);
     }
     FN(cga3d_project_sum_any_sphere_any_sphere)(out, status, x_in, written_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1862,13 +1874,15 @@ static void FN(cga3d_project_rate_any_point_any_point_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 5, 5, rows);
     }
     FN(cga3d_project_rate_any_point_any_point)(out, status, x_in, dx_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1897,13 +1911,15 @@ static void FN(cga3d_project_rate_any_point_pair_any_point_pair_batch)(ptrdiff_t
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 10, 10, rows);
     }
     FN(cga3d_project_rate_any_point_pair_any_point_pair)(out, status, x_in, dx_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1932,13 +1948,15 @@ static void FN(cga3d_project_rate_any_line_any_line_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 6, 6, rows);
     }
     FN(cga3d_project_rate_any_line_any_line)(out, status, x_in, dx_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1967,13 +1985,15 @@ static void FN(cga3d_project_rate_any_circle_any_circle_batch)(ptrdiff_t begin, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 10, 10, rows);
     }
     FN(cga3d_project_rate_any_circle_any_circle)(out, status, x_in, dx_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2002,13 +2022,15 @@ static void FN(cga3d_project_rate_any_plane_any_plane_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 4, 4, rows);
     }
     FN(cga3d_project_rate_any_plane_any_plane)(out, status, x_in, dx_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -2037,13 +2059,15 @@ static void FN(cga3d_project_rate_any_sphere_any_sphere_batch)(ptrdiff_t begin, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 5, 5, rows);
     }
     FN(cga3d_project_rate_any_sphere_any_sphere)(out, status, x_in, dx_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -2077,7 +2101,7 @@ static void FN(cga3d_project_far_sum_any_point_pair_any_point_pair_number_batch)
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
       if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
@@ -2085,6 +2109,8 @@ static void FN(cga3d_project_far_sum_any_point_pair_any_point_pair_number_batch)
     FN(cga3d_project_far_sum_any_point_pair_any_point_pair_number)(out, status, x_in, written_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2118,7 +2144,7 @@ static void FN(cga3d_project_far_sum_any_line_any_line_number_batch)(ptrdiff_t b
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (written_stride) FN(load_rows)(written_in, written_rows + i * 6, 6);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (written_stride) FN(load_tail)(written_in, written_rows + i * 6, 6, rows);
       if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
@@ -2126,6 +2152,8 @@ static void FN(cga3d_project_far_sum_any_line_any_line_number_batch)(ptrdiff_t b
     FN(cga3d_project_far_sum_any_line_any_line_number)(out, status, x_in, written_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -2159,7 +2187,7 @@ static void FN(cga3d_project_far_sum_any_circle_any_circle_number_batch)(ptrdiff
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
       if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
@@ -2167,6 +2195,8 @@ static void FN(cga3d_project_far_sum_any_circle_any_circle_number_batch)(ptrdiff
     FN(cga3d_project_far_sum_any_circle_any_circle_number)(out, status, x_in, written_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2200,7 +2230,7 @@ static void FN(cga3d_project_far_sum_any_plane_any_plane_number_batch)(ptrdiff_t
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (written_stride) FN(load_rows)(written_in, written_rows + i * 4, 4);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (written_stride) FN(load_tail)(written_in, written_rows + i * 4, 4, rows);
       if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
@@ -2208,6 +2238,8 @@ static void FN(cga3d_project_far_sum_any_plane_any_plane_number_batch)(ptrdiff_t
     FN(cga3d_project_far_sum_any_plane_any_plane_number)(out, status, x_in, written_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -2241,7 +2273,7 @@ static void FN(cga3d_project_far_sum_any_sphere_any_sphere_number_batch)(ptrdiff
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (written_stride) FN(load_rows)(written_in, written_rows + i * 5, 5);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (written_stride) FN(load_tail)(written_in, written_rows + i * 5, 5, rows);
       if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
@@ -2249,6 +2281,8 @@ static void FN(cga3d_project_far_sum_any_sphere_any_sphere_number_batch)(ptrdiff
     FN(cga3d_project_far_sum_any_sphere_any_sphere_number)(out, status, x_in, written_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }

@@ -253,12 +253,14 @@ static void FN(cga3d_invariants_vector_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_invariants_vector)(invariants, x_in);
     if (rows == W) {
       FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(invariants_rows + i * 8, invariants, 8);
     } else {
       FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
     }
@@ -279,12 +281,14 @@ static void FN(cga3d_invariants_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_invariants_bivector)(invariants, x_in);
     if (rows == W) {
       FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(invariants_rows + i * 8, invariants, 8);
     } else {
       FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
     }
@@ -305,12 +309,14 @@ static void FN(cga3d_invariants_trivector_batch)(ptrdiff_t begin, ptrdiff_t end,
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_invariants_trivector)(invariants, x_in);
     if (rows == W) {
       FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(invariants_rows + i * 8, invariants, 8);
     } else {
       FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
     }
@@ -331,12 +337,14 @@ static void FN(cga3d_invariants_quadvector_batch)(ptrdiff_t begin, ptrdiff_t end
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_invariants_quadvector)(invariants, x_in);
     if (rows == W) {
       FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(invariants_rows + i * 8, invariants, 8);
     } else {
       FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
     }

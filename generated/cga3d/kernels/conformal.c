@@ -805,12 +805,14 @@ static void FN(cga3d_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
     }
     FN(cga3d_point_euclidean)(out, position_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -831,12 +833,14 @@ static void FN(cga3d_direction_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (vector_stride) FN(load_rows)(vector_in, vector_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (vector_stride) FN(load_tail)(vector_in, vector_rows + i * 3, 3, rows);
     }
     FN(cga3d_direction_euclidean)(out, vector_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -857,12 +861,14 @@ static void FN(cga3d_flat_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end,
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
     }
     FN(cga3d_flat_point_euclidean)(out, position_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -890,13 +896,15 @@ static void FN(cga3d_point_pair_euclidean_euclidean_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
     }
     FN(cga3d_point_pair_euclidean_euclidean)(out, status, a_in, b_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -925,13 +933,15 @@ static void FN(cga3d_line_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
       if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
       if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 3, 3, rows);
     }
     FN(cga3d_line_euclidean_euclidean)(out, status, point_in, direction_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -960,13 +970,15 @@ static void FN(cga3d_line_through_euclidean_euclidean_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
     }
     FN(cga3d_line_through_euclidean_euclidean)(out, status, a_in, b_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1000,7 +1012,7 @@ static void FN(cga3d_circle_euclidean_euclidean_number_batch)(ptrdiff_t begin, p
       if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
       if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
       if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
       if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
       if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
@@ -1008,6 +1020,8 @@ static void FN(cga3d_circle_euclidean_euclidean_number_batch)(ptrdiff_t begin, p
     FN(cga3d_circle_euclidean_euclidean_number)(out, status, center_in, normal_in, radius_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1041,7 +1055,7 @@ static void FN(cga3d_circle_through_euclidean_euclidean_euclidean_batch)(ptrdiff
       if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
       if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
       if (c_stride) FN(load_tail)(c_in, c_rows + i * 3, 3, rows);
@@ -1049,6 +1063,8 @@ static void FN(cga3d_circle_through_euclidean_euclidean_euclidean_batch)(ptrdiff
     FN(cga3d_circle_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1077,13 +1093,15 @@ static void FN(cga3d_plane_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
       if (offset_stride) FN(load_rows)(offset_in, offset_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
       if (offset_stride) FN(load_tail)(offset_in, offset_rows + i * 1, 1, rows);
     }
     FN(cga3d_plane_euclidean_number)(out, status, normal_in, offset_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1117,7 +1135,7 @@ static void FN(cga3d_plane_through_euclidean_euclidean_euclidean_batch)(ptrdiff_
       if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
       if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
       if (c_stride) FN(load_tail)(c_in, c_rows + i * 3, 3, rows);
@@ -1125,6 +1143,8 @@ static void FN(cga3d_plane_through_euclidean_euclidean_euclidean_batch)(ptrdiff_
     FN(cga3d_plane_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1153,13 +1173,15 @@ static void FN(cga3d_sphere_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
       if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
       if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
     }
     FN(cga3d_sphere_euclidean_number)(out, status, center_in, radius_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1198,7 +1220,7 @@ static void FN(cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean_batc
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
       if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
       if (d_stride) FN(load_rows)(d_in, d_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
       if (c_stride) FN(load_tail)(c_in, c_rows + i * 3, 3, rows);
@@ -1207,6 +1229,8 @@ static void FN(cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean_batc
     FN(cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in, d_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1230,12 +1254,14 @@ static void FN(cga3d_dilator_number_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (scale_stride) FN(load_rows)(scale_in, scale_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (scale_stride) FN(load_tail)(scale_in, scale_rows + i * 1, 1, rows);
     }
     FN(cga3d_dilator_number)(out, status, scale_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 2, out, 2);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 2, out, 2);
     } else {
       FN(store_tail)(out_rows + i * 2, out, 2, rows);
     }
@@ -1264,13 +1290,15 @@ static void FN(cga3d_homothety_number_euclidean_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       if (scale_stride) FN(load_rows)(scale_in, scale_rows + i * 1, 1);
       if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (scale_stride) FN(load_tail)(scale_in, scale_rows + i * 1, 1, rows);
       if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
     }
     FN(cga3d_homothety_number_euclidean)(out, status, scale_in, center_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1292,12 +1320,14 @@ static void FN(cga3d_transversor_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (t_stride) FN(load_rows)(t_in, t_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (t_stride) FN(load_tail)(t_in, t_rows + i * 3, 3, rows);
     }
     FN(cga3d_transversor_euclidean)(out, t_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1320,12 +1350,14 @@ static void FN(cga3d_point_parameters_point_batch)(ptrdiff_t begin, ptrdiff_t en
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_point_parameters_point)(position, status, x_in);
     if (rows == W) {
       FN(store_rows)(position_rows + i * 3, position, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(position_rows + i * 3, position, 3);
     } else {
       FN(store_tail)(position_rows + i * 3, position, 3, rows);
     }
@@ -1349,12 +1381,14 @@ static void FN(cga3d_point_parameters_any_point_batch)(ptrdiff_t begin, ptrdiff_
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_point_parameters_any_point)(position, status, x_in);
     if (rows == W) {
       FN(store_rows)(position_rows + i * 3, position, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(position_rows + i * 3, position, 3);
     } else {
       FN(store_tail)(position_rows + i * 3, position, 3, rows);
     }
@@ -1376,12 +1410,14 @@ static void FN(cga3d_direction_parameters_direction_batch)(ptrdiff_t begin, ptrd
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
     }
     FN(cga3d_direction_parameters_direction)(vector, x_in);
     if (rows == W) {
       FN(store_rows)(vector_rows + i * 3, vector, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(vector_rows + i * 3, vector, 3);
     } else {
       FN(store_tail)(vector_rows + i * 3, vector, 3, rows);
     }
@@ -1404,12 +1440,14 @@ static void FN(cga3d_flat_point_parameters_flat_point_batch)(ptrdiff_t begin, pt
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga3d_flat_point_parameters_flat_point)(position, status, x_in);
     if (rows == W) {
       FN(store_rows)(position_rows + i * 3, position, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(position_rows + i * 3, position, 3);
     } else {
       FN(store_tail)(position_rows + i * 3, position, 3, rows);
     }
@@ -1435,13 +1473,16 @@ static void FN(cga3d_point_pair_parameters_point_pair_batch)(ptrdiff_t begin, pt
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_point_pair_parameters_point_pair)(a, b, status, x_in);
     if (rows == W) {
       FN(store_rows)(a_rows + i * 3, a, 3);
       FN(store_rows)(b_rows + i * 3, b, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(a_rows + i * 3, a, 3);
+      FN(store_lane)(b_rows + i * 3, b, 3);
     } else {
       FN(store_tail)(a_rows + i * 3, a, 3, rows);
       FN(store_tail)(b_rows + i * 3, b, 3, rows);
@@ -1466,13 +1507,16 @@ static void FN(cga3d_line_parameters_line_batch)(ptrdiff_t begin, ptrdiff_t end,
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(cga3d_line_parameters_line)(point, direction, x_in);
     if (rows == W) {
       FN(store_rows)(point_rows + i * 3, point, 3);
       FN(store_rows)(direction_rows + i * 3, direction, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(point_rows + i * 3, point, 3);
+      FN(store_lane)(direction_rows + i * 3, direction, 3);
     } else {
       FN(store_tail)(point_rows + i * 3, point, 3, rows);
       FN(store_tail)(direction_rows + i * 3, direction, 3, rows);
@@ -1500,7 +1544,7 @@ static void FN(cga3d_circle_parameters_circle_batch)(ptrdiff_t begin, ptrdiff_t 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_circle_parameters_circle)(center, normal, radius, status, x_in);
@@ -1508,6 +1552,10 @@ static void FN(cga3d_circle_parameters_circle_batch)(ptrdiff_t begin, ptrdiff_t 
       FN(store_rows)(center_rows + i * 3, center, 3);
       FN(store_rows)(normal_rows + i * 3, normal, 3);
       FN(store_rows)(radius_rows + i * 1, radius, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(center_rows + i * 3, center, 3);
+      FN(store_lane)(normal_rows + i * 3, normal, 3);
+      FN(store_lane)(radius_rows + i * 1, radius, 1);
     } else {
       FN(store_tail)(center_rows + i * 3, center, 3, rows);
       FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
@@ -1533,13 +1581,16 @@ static void FN(cga3d_plane_parameters_plane_batch)(ptrdiff_t begin, ptrdiff_t en
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga3d_plane_parameters_plane)(normal, offset, x_in);
     if (rows == W) {
       FN(store_rows)(normal_rows + i * 3, normal, 3);
       FN(store_rows)(offset_rows + i * 1, offset, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(normal_rows + i * 3, normal, 3);
+      FN(store_lane)(offset_rows + i * 1, offset, 1);
     } else {
       FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
       FN(store_tail)(offset_rows + i * 1, offset, 1, rows);
@@ -1567,7 +1618,7 @@ static void FN(cga3d_sphere_parameters_sphere_batch)(ptrdiff_t begin, ptrdiff_t 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_sphere_parameters_sphere)(center, radius, orientation, status, x_in);
@@ -1575,6 +1626,10 @@ static void FN(cga3d_sphere_parameters_sphere_batch)(ptrdiff_t begin, ptrdiff_t 
       FN(store_rows)(center_rows + i * 3, center, 3);
       FN(store_rows)(radius_rows + i * 1, radius, 1);
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(center_rows + i * 3, center, 3);
+      FN(store_lane)(radius_rows + i * 1, radius, 1);
+      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
     } else {
       FN(store_tail)(center_rows + i * 3, center, 3, rows);
       FN(store_tail)(radius_rows + i * 1, radius, 1, rows);

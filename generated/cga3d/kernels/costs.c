@@ -1423,13 +1423,15 @@ static void FN(cga3d_pair_cost_point_point_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
     }
     FN(cga3d_pair_cost_point_point)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1455,13 +1457,15 @@ static void FN(cga3d_pair_cost_point_pair_point_pair_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
     }
     FN(cga3d_pair_cost_point_pair_point_pair)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1487,13 +1491,15 @@ static void FN(cga3d_pair_cost_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
     }
     FN(cga3d_pair_cost_line_line)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1519,13 +1525,15 @@ static void FN(cga3d_pair_cost_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
     }
     FN(cga3d_pair_cost_circle_circle)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1551,13 +1559,15 @@ static void FN(cga3d_pair_cost_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
     }
     FN(cga3d_pair_cost_plane_plane)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1583,13 +1593,15 @@ static void FN(cga3d_pair_cost_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
     }
     FN(cga3d_pair_cost_sphere_sphere)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1615,13 +1627,15 @@ static void FN(cga3d_aligned_cost_point_point_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
     }
     FN(cga3d_aligned_cost_point_point)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1647,13 +1661,15 @@ static void FN(cga3d_aligned_cost_point_pair_point_pair_batch)(ptrdiff_t begin, 
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
     }
     FN(cga3d_aligned_cost_point_pair_point_pair)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1679,13 +1695,15 @@ static void FN(cga3d_aligned_cost_line_line_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
     }
     FN(cga3d_aligned_cost_line_line)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1711,13 +1729,15 @@ static void FN(cga3d_aligned_cost_circle_circle_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
     }
     FN(cga3d_aligned_cost_circle_circle)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1743,13 +1763,15 @@ static void FN(cga3d_aligned_cost_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
     }
     FN(cga3d_aligned_cost_plane_plane)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1775,13 +1797,15 @@ static void FN(cga3d_aligned_cost_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
     }
     FN(cga3d_aligned_cost_sphere_sphere)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1807,13 +1831,15 @@ static void FN(cga3d_pair_cost_thesis_point_point_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
     }
     FN(cga3d_pair_cost_thesis_point_point)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1839,13 +1865,15 @@ static void FN(cga3d_pair_cost_thesis_point_pair_point_pair_batch)(ptrdiff_t beg
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
     }
     FN(cga3d_pair_cost_thesis_point_pair_point_pair)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1871,13 +1899,15 @@ static void FN(cga3d_pair_cost_thesis_line_line_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
     }
     FN(cga3d_pair_cost_thesis_line_line)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1903,13 +1933,15 @@ static void FN(cga3d_pair_cost_thesis_circle_circle_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
     }
     FN(cga3d_pair_cost_thesis_circle_circle)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1935,13 +1967,15 @@ static void FN(cga3d_pair_cost_thesis_plane_plane_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
     }
     FN(cga3d_pair_cost_thesis_plane_plane)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1967,13 +2001,15 @@ static void FN(cga3d_pair_cost_thesis_sphere_sphere_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
     }
     FN(cga3d_pair_cost_thesis_sphere_sphere)(out, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1999,13 +2035,15 @@ static void FN(cga3d_agreement_point_point_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 5, 5, rows);
     }
     FN(cga3d_agreement_point_point)(out, x_in, reference_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2031,13 +2069,15 @@ static void FN(cga3d_agreement_point_pair_point_pair_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 10, 10, rows);
     }
     FN(cga3d_agreement_point_pair_point_pair)(out, x_in, reference_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2063,13 +2103,15 @@ static void FN(cga3d_agreement_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 6, 6, rows);
     }
     FN(cga3d_agreement_line_line)(out, x_in, reference_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2095,13 +2137,15 @@ static void FN(cga3d_agreement_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 10, 10, rows);
     }
     FN(cga3d_agreement_circle_circle)(out, x_in, reference_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2127,13 +2171,15 @@ static void FN(cga3d_agreement_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 4, 4, rows);
     }
     FN(cga3d_agreement_plane_plane)(out, x_in, reference_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2159,13 +2205,15 @@ static void FN(cga3d_agreement_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 5, 5, rows);
     }
     FN(cga3d_agreement_sphere_sphere)(out, x_in, reference_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2186,12 +2234,14 @@ static void FN(cga3d_rotor_cost_translator_batch)(ptrdiff_t begin, ptrdiff_t end
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
     }
     FN(cga3d_rotor_cost_translator)(out, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2212,12 +2262,14 @@ static void FN(cga3d_rotor_cost_motor_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
     }
     FN(cga3d_rotor_cost_motor)(out, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2238,12 +2290,14 @@ static void FN(cga3d_rotor_cost_rotor_conformal_batch)(ptrdiff_t begin, ptrdiff_
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
     }
     FN(cga3d_rotor_cost_rotor_conformal)(out, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2264,12 +2318,14 @@ static void FN(cga3d_rotor_cost_thesis_translator_batch)(ptrdiff_t begin, ptrdif
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
     }
     FN(cga3d_rotor_cost_thesis_translator)(out, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2290,12 +2346,14 @@ static void FN(cga3d_rotor_cost_thesis_motor_batch)(ptrdiff_t begin, ptrdiff_t e
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
     }
     FN(cga3d_rotor_cost_thesis_motor)(out, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2316,12 +2374,14 @@ static void FN(cga3d_rotor_cost_thesis_rotor_conformal_batch)(ptrdiff_t begin, p
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
     }
     FN(cga3d_rotor_cost_thesis_rotor_conformal)(out, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }

@@ -1451,7 +1451,7 @@ static void FN(cga3d_delta_inverse_numbers3_numbers6_numbers3_batch)(ptrdiff_t b
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
       if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
       if (sides_stride) FN(load_rows)(sides_in, sides_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
       if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
       if (sides_stride) FN(load_tail)(sides_in, sides_rows + i * 3, 3, rows);
@@ -1459,6 +1459,8 @@ static void FN(cga3d_delta_inverse_numbers3_numbers6_numbers3_batch)(ptrdiff_t b
     FN(cga3d_delta_inverse_numbers3_numbers6_numbers3)(theta, status, y_in, robot_in, sides_in);
     if (rows == W) {
       FN(store_rows)(theta_rows + i * 3, theta, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(theta_rows + i * 3, theta, 3);
     } else {
       FN(store_tail)(theta_rows + i * 3, theta, 3, rows);
     }
@@ -1492,7 +1494,7 @@ static void FN(cga3d_delta_forward_numbers3_numbers6_numbers2_batch)(ptrdiff_t b
       if (theta_stride) FN(load_rows)(theta_in, theta_rows + i * 3, 3);
       if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
       if (root_stride) FN(load_rows)(root_in, root_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (theta_stride) FN(load_tail)(theta_in, theta_rows + i * 3, 3, rows);
       if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
       if (root_stride) FN(load_tail)(root_in, root_rows + i * 2, 2, rows);
@@ -1500,6 +1502,8 @@ static void FN(cga3d_delta_forward_numbers3_numbers6_numbers2_batch)(ptrdiff_t b
     FN(cga3d_delta_forward_numbers3_numbers6_numbers2)(y, status, theta_in, robot_in, root_in);
     if (rows == W) {
       FN(store_rows)(y_rows + i * 3, y, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(y_rows + i * 3, y, 3);
     } else {
       FN(store_tail)(y_rows + i * 3, y, 3, rows);
     }
@@ -1533,7 +1537,7 @@ static void FN(cga3d_delta_inverse_precise_numbers3_numbers6_numbers3_batch)(ptr
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
       if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
       if (sides_stride) FN(load_rows)(sides_in, sides_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
       if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
       if (sides_stride) FN(load_tail)(sides_in, sides_rows + i * 3, 3, rows);
@@ -1541,6 +1545,8 @@ static void FN(cga3d_delta_inverse_precise_numbers3_numbers6_numbers3_batch)(ptr
     FN(cga3d_delta_inverse_precise_numbers3_numbers6_numbers3)(theta, status, y_in, robot_in, sides_in);
     if (rows == W) {
       FN(store_rows)(theta_rows + i * 3, theta, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(theta_rows + i * 3, theta, 3);
     } else {
       FN(store_tail)(theta_rows + i * 3, theta, 3, rows);
     }
@@ -1574,7 +1580,7 @@ static void FN(cga3d_delta_forward_precise_numbers3_numbers6_numbers2_batch)(ptr
       if (theta_stride) FN(load_rows)(theta_in, theta_rows + i * 3, 3);
       if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
       if (root_stride) FN(load_rows)(root_in, root_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (theta_stride) FN(load_tail)(theta_in, theta_rows + i * 3, 3, rows);
       if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
       if (root_stride) FN(load_tail)(root_in, root_rows + i * 2, 2, rows);
@@ -1582,6 +1588,8 @@ static void FN(cga3d_delta_forward_precise_numbers3_numbers6_numbers2_batch)(ptr
     FN(cga3d_delta_forward_precise_numbers3_numbers6_numbers2)(y, status, theta_in, robot_in, root_in);
     if (rows == W) {
       FN(store_rows)(y_rows + i * 3, y, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(y_rows + i * 3, y, 3);
     } else {
       FN(store_tail)(y_rows + i * 3, y, 3, rows);
     }
@@ -1613,7 +1621,7 @@ static void FN(cga3d_delta_arm_codes_numbers3_numbers6_numbers3_batch)(ptrdiff_t
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
       if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
       if (sides_stride) FN(load_rows)(sides_in, sides_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
       if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
       if (sides_stride) FN(load_tail)(sides_in, sides_rows + i * 3, 3, rows);
@@ -1621,6 +1629,8 @@ static void FN(cga3d_delta_arm_codes_numbers3_numbers6_numbers3_batch)(ptrdiff_t
     FN(cga3d_delta_arm_codes_numbers3_numbers6_numbers3)(codes, y_in, robot_in, sides_in);
     if (rows == W) {
       FN(store_rows)(codes_rows + i * 3, codes, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(codes_rows + i * 3, codes, 3);
     } else {
       FN(store_tail)(codes_rows + i * 3, codes, 3, rows);
     }

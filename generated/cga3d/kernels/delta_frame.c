@@ -319,7 +319,7 @@ static void FN(cga3d_delta_singularities_numbers3_numbers3_numbers6_batch)(ptrdi
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
       if (theta_stride) FN(load_rows)(theta_in, theta_rows + i * 3, 3);
       if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
       if (theta_stride) FN(load_tail)(theta_in, theta_rows + i * 3, 3, rows);
       if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
@@ -329,6 +329,10 @@ static void FN(cga3d_delta_singularities_numbers3_numbers3_numbers6_batch)(ptrdi
       FN(store_rows)(sines_rows + i * 3, sines, 3);
       FN(store_rows)(volume_rows + i * 1, volume, 1);
       FN(store_rows)(forearms_rows + i * 9, forearms, 9);
+    } else if (rows == 1) {
+      FN(store_lane)(sines_rows + i * 3, sines, 3);
+      FN(store_lane)(volume_rows + i * 1, volume, 1);
+      FN(store_lane)(forearms_rows + i * 9, forearms, 9);
     } else {
       FN(store_tail)(sines_rows + i * 3, sines, 3, rows);
       FN(store_tail)(volume_rows + i * 1, volume, 1, rows);
@@ -374,7 +378,7 @@ static void FN(cga3d_delta_points_numbers3_numbers3_numbers6_numbers2_batch)(ptr
       if (theta_stride) FN(load_rows)(theta_in, theta_rows + i * 3, 3);
       if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
       if (plates_stride) FN(load_rows)(plates_in, plates_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
       if (theta_stride) FN(load_tail)(theta_in, theta_rows + i * 3, 3, rows);
       if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
@@ -387,6 +391,12 @@ static void FN(cga3d_delta_points_numbers3_numbers3_numbers6_numbers2_batch)(ptr
       FN(store_rows)(wrists_rows + i * 9, wrists, 9);
       FN(store_rows)(tops_rows + i * 18, tops, 18);
       FN(store_rows)(bottoms_rows + i * 18, bottoms, 18);
+    } else if (rows == 1) {
+      FN(store_lane)(shoulders_rows + i * 9, shoulders, 9);
+      FN(store_lane)(elbows_rows + i * 9, elbows, 9);
+      FN(store_lane)(wrists_rows + i * 9, wrists, 9);
+      FN(store_lane)(tops_rows + i * 18, tops, 18);
+      FN(store_lane)(bottoms_rows + i * 18, bottoms, 18);
     } else {
       FN(store_tail)(shoulders_rows + i * 9, shoulders, 9, rows);
       FN(store_tail)(elbows_rows + i * 9, elbows, 9, rows);
@@ -428,7 +438,7 @@ static void FN(cga3d_delta_rod_powers_numbers3_numbers3_numbers6_numbers2_batch)
       if (theta_stride) FN(load_rows)(theta_in, theta_rows + i * 3, 3);
       if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
       if (plates_stride) FN(load_rows)(plates_in, plates_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
       if (theta_stride) FN(load_tail)(theta_in, theta_rows + i * 3, 3, rows);
       if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
@@ -438,6 +448,9 @@ static void FN(cga3d_delta_rod_powers_numbers3_numbers3_numbers6_numbers2_batch)
     if (rows == W) {
       FN(store_rows)(platform_rows + i * 36, platform, 36);
       FN(store_rows)(arms_rows + i * 6, arms, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(platform_rows + i * 36, platform, 36);
+      FN(store_lane)(arms_rows + i * 6, arms, 6);
     } else {
       FN(store_tail)(platform_rows + i * 36, platform, 36, rows);
       FN(store_tail)(arms_rows + i * 6, arms, 6, rows);

@@ -1732,7 +1732,7 @@ static void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3_batch)(pt
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
       if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
       if (sides_stride) FN(load_rows)(sides_in, sides_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
       if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
       if (sides_stride) FN(load_tail)(sides_in, sides_rows + i * 3, 3, rows);
@@ -1740,6 +1740,8 @@ static void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3_batch)(pt
     FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(jacobian, status, y_in, robot_in, sides_in);
     if (rows == W) {
       FN(store_rows)(jacobian_rows + i * 9, jacobian, 9);
+    } else if (rows == 1) {
+      FN(store_lane)(jacobian_rows + i * 9, jacobian, 9);
     } else {
       FN(store_tail)(jacobian_rows + i * 9, jacobian, 9, rows);
     }
@@ -1773,7 +1775,7 @@ static void FN(cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2_batch)(pt
       if (theta_stride) FN(load_rows)(theta_in, theta_rows + i * 3, 3);
       if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
       if (root_stride) FN(load_rows)(root_in, root_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (theta_stride) FN(load_tail)(theta_in, theta_rows + i * 3, 3, rows);
       if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
       if (root_stride) FN(load_tail)(root_in, root_rows + i * 2, 2, rows);
@@ -1781,6 +1783,8 @@ static void FN(cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2_batch)(pt
     FN(cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2)(jacobian, status, theta_in, robot_in, root_in);
     if (rows == W) {
       FN(store_rows)(jacobian_rows + i * 9, jacobian, 9);
+    } else if (rows == 1) {
+      FN(store_lane)(jacobian_rows + i * 9, jacobian, 9);
     } else {
       FN(store_tail)(jacobian_rows + i * 9, jacobian, 9, rows);
     }
@@ -1828,7 +1832,7 @@ static void FN(cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers3_b
       if (ddy_stride) FN(load_rows)(ddy_in, ddy_rows + i * 3, 3);
       if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
       if (sides_stride) FN(load_rows)(sides_in, sides_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
       if (dy_stride) FN(load_tail)(dy_in, dy_rows + i * 3, 3, rows);
       if (ddy_stride) FN(load_tail)(ddy_in, ddy_rows + i * 3, 3, rows);
@@ -1840,6 +1844,10 @@ static void FN(cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers3_b
       FN(store_rows)(theta_rows + i * 3, theta, 3);
       FN(store_rows)(speed_rows + i * 3, speed, 3);
       FN(store_rows)(acceleration_rows + i * 3, acceleration, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(theta_rows + i * 3, theta, 3);
+      FN(store_lane)(speed_rows + i * 3, speed, 3);
+      FN(store_lane)(acceleration_rows + i * 3, acceleration, 3);
     } else {
       FN(store_tail)(theta_rows + i * 3, theta, 3, rows);
       FN(store_tail)(speed_rows + i * 3, speed, 3, rows);

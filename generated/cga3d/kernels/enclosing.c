@@ -102,7 +102,7 @@ static void FN(cga3d_enclosing_pair_euclidean_number_euclidean_number_batch)(ptr
       if (r1_stride) FN(load_rows)(r1_in, r1_rows + i * 1, 1);
       if (c2_stride) FN(load_rows)(c2_in, c2_rows + i * 3, 3);
       if (r2_stride) FN(load_rows)(r2_in, r2_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (c1_stride) FN(load_tail)(c1_in, c1_rows + i * 3, 3, rows);
       if (r1_stride) FN(load_tail)(r1_in, r1_rows + i * 1, 1, rows);
       if (c2_stride) FN(load_tail)(c2_in, c2_rows + i * 3, 3, rows);
@@ -112,6 +112,9 @@ static void FN(cga3d_enclosing_pair_euclidean_number_euclidean_number_batch)(ptr
     if (rows == W) {
       FN(store_rows)(center_rows + i * 3, center, 3);
       FN(store_rows)(radius_rows + i * 1, radius, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(center_rows + i * 3, center, 3);
+      FN(store_lane)(radius_rows + i * 1, radius, 1);
     } else {
       FN(store_tail)(center_rows + i * 3, center, 3, rows);
       FN(store_tail)(radius_rows + i * 1, radius, 1, rows);

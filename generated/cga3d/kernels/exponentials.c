@@ -526,12 +526,14 @@ static void FN(cga3d_exp_bivector_twist_batch)(ptrdiff_t begin, ptrdiff_t end, v
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 6, 6, rows);
     }
     FN(cga3d_exp_bivector_twist)(out, b_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -554,12 +556,14 @@ static void FN(cga3d_log_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
     }
     FN(cga3d_log_motor_motor)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -583,12 +587,14 @@ static void FN(cga3d_log_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t end, 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
     }
     FN(cga3d_log_motor_any_motor)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -612,12 +618,14 @@ static void FN(cga3d_log_motor_transversor_batch)(ptrdiff_t begin, ptrdiff_t end
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
     }
     FN(cga3d_log_motor_transversor)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -641,12 +649,14 @@ static void FN(cga3d_sqrt_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
     }
     FN(cga3d_sqrt_motor_motor)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -670,12 +680,14 @@ static void FN(cga3d_sqrt_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t end,
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
     }
     FN(cga3d_sqrt_motor_any_motor)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -699,12 +711,14 @@ static void FN(cga3d_sqrt_motor_transversor_batch)(ptrdiff_t begin, ptrdiff_t en
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
     }
     FN(cga3d_sqrt_motor_transversor)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }

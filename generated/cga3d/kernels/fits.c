@@ -323,7 +323,7 @@ static void FN(cga3d_sphere_distance_vector_euclidean_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
     }
@@ -331,6 +331,9 @@ static void FN(cga3d_sphere_distance_vector_euclidean_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       FN(store_rows)(distance_rows + i * 1, distance, 1);
       FN(store_rows)(gradient_rows + i * 5, gradient, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(distance_rows + i * 1, distance, 1);
+      FN(store_lane)(gradient_rows + i * 5, gradient, 5);
     } else {
       FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
       FN(store_tail)(gradient_rows + i * 5, gradient, 5, rows);
@@ -364,7 +367,7 @@ static void FN(cga3d_circle_distances_vector_vector_euclidean_batch)(ptrdiff_t b
       if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
       if (p_stride) FN(load_rows)(p_in, p_rows + i * 5, 5);
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
       if (p_stride) FN(load_tail)(p_in, p_rows + i * 5, 5, rows);
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
@@ -373,6 +376,9 @@ static void FN(cga3d_circle_distances_vector_vector_euclidean_batch)(ptrdiff_t b
     if (rows == W) {
       FN(store_rows)(distances_rows + i * 2, distances, 2);
       FN(store_rows)(gradient_rows + i * 15, gradient, 15);
+    } else if (rows == 1) {
+      FN(store_lane)(distances_rows + i * 2, distances, 2);
+      FN(store_lane)(gradient_rows + i * 15, gradient, 15);
     } else {
       FN(store_tail)(distances_rows + i * 2, distances, 2, rows);
       FN(store_tail)(gradient_rows + i * 15, gradient, 15, rows);
@@ -406,7 +412,7 @@ static void FN(cga3d_placed_plane_vector_euclidean_number_batch)(ptrdiff_t begin
       if (p_stride) FN(load_rows)(p_in, p_rows + i * 5, 5);
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
       if (unit_stride) FN(load_rows)(unit_in, unit_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (p_stride) FN(load_tail)(p_in, p_rows + i * 5, 5, rows);
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
       if (unit_stride) FN(load_tail)(unit_in, unit_rows + i * 1, 1, rows);
@@ -414,6 +420,8 @@ static void FN(cga3d_placed_plane_vector_euclidean_number_batch)(ptrdiff_t begin
     FN(cga3d_placed_plane_vector_euclidean_number)(out, status, p_in, position_in, unit_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -447,7 +455,7 @@ static void FN(cga3d_placed_sphere_vector_euclidean_number_batch)(ptrdiff_t begi
       if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
       if (unit_stride) FN(load_rows)(unit_in, unit_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
       if (unit_stride) FN(load_tail)(unit_in, unit_rows + i * 1, 1, rows);
@@ -455,6 +463,8 @@ static void FN(cga3d_placed_sphere_vector_euclidean_number_batch)(ptrdiff_t begi
     FN(cga3d_placed_sphere_vector_euclidean_number)(out, status, s_in, position_in, unit_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -493,7 +503,7 @@ static void FN(cga3d_placed_circle_vector_vector_euclidean_number_batch)(ptrdiff
       if (p_stride) FN(load_rows)(p_in, p_rows + i * 5, 5);
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
       if (unit_stride) FN(load_rows)(unit_in, unit_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
       if (p_stride) FN(load_tail)(p_in, p_rows + i * 5, 5, rows);
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
@@ -502,6 +512,8 @@ static void FN(cga3d_placed_circle_vector_vector_euclidean_number_batch)(ptrdiff
     FN(cga3d_placed_circle_vector_vector_euclidean_number)(out, status, s_in, p_in, position_in, unit_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -528,13 +540,15 @@ static void FN(cga3d_translate_sphere_vector_euclidean_batch)(ptrdiff_t begin, p
     if (rows == W) {
       if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
     }
     FN(cga3d_translate_sphere_vector_euclidean)(out, s_in, position_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }

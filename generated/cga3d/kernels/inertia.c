@@ -155,7 +155,7 @@ static void FN(cga3d_velocity_motor_number_euclidean_twist_batch)(ptrdiff_t begi
       if (mass_stride) FN(load_rows)(mass_in, mass_rows + i * 1, 1);
       if (moments_stride) FN(load_rows)(moments_in, moments_rows + i * 3, 3);
       if (momentum_stride) FN(load_rows)(momentum_in, momentum_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (frame_stride) FN(load_tail)(frame_in, frame_rows + i * 8, 8, rows);
       if (mass_stride) FN(load_tail)(mass_in, mass_rows + i * 1, 1, rows);
       if (moments_stride) FN(load_tail)(moments_in, moments_rows + i * 3, 3, rows);
@@ -164,6 +164,8 @@ static void FN(cga3d_velocity_motor_number_euclidean_twist_batch)(ptrdiff_t begi
     FN(cga3d_velocity_motor_number_euclidean_twist)(out, status, frame_in, mass_in, moments_in, momentum_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -200,7 +202,7 @@ static void FN(cga3d_energy_motor_number_euclidean_twist_batch)(ptrdiff_t begin,
       if (mass_stride) FN(load_rows)(mass_in, mass_rows + i * 1, 1);
       if (moments_stride) FN(load_rows)(moments_in, moments_rows + i * 3, 3);
       if (twist_stride) FN(load_rows)(twist_in, twist_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (frame_stride) FN(load_tail)(frame_in, frame_rows + i * 8, 8, rows);
       if (mass_stride) FN(load_tail)(mass_in, mass_rows + i * 1, 1, rows);
       if (moments_stride) FN(load_tail)(moments_in, moments_rows + i * 3, 3, rows);
@@ -209,6 +211,8 @@ static void FN(cga3d_energy_motor_number_euclidean_twist_batch)(ptrdiff_t begin,
     FN(cga3d_energy_motor_number_euclidean_twist)(out, frame_in, mass_in, moments_in, twist_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }

@@ -3314,7 +3314,7 @@ static void FN(cga3d_interpolate_any_point_any_point_number_batch)(ptrdiff_t beg
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -3322,6 +3322,8 @@ static void FN(cga3d_interpolate_any_point_any_point_number_batch)(ptrdiff_t beg
     FN(cga3d_interpolate_any_point_any_point_number)(out, status, x1_in, x2_in, alpha_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -3355,7 +3357,7 @@ static void FN(cga3d_interpolate_any_point_pair_any_point_pair_number_batch)(ptr
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -3363,6 +3365,8 @@ static void FN(cga3d_interpolate_any_point_pair_any_point_pair_number_batch)(ptr
     FN(cga3d_interpolate_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, alpha_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -3396,7 +3400,7 @@ static void FN(cga3d_interpolate_any_line_any_line_number_batch)(ptrdiff_t begin
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -3404,6 +3408,8 @@ static void FN(cga3d_interpolate_any_line_any_line_number_batch)(ptrdiff_t begin
     FN(cga3d_interpolate_any_line_any_line_number)(out, status, x1_in, x2_in, alpha_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -3437,7 +3443,7 @@ static void FN(cga3d_interpolate_any_circle_any_circle_number_batch)(ptrdiff_t b
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -3445,6 +3451,8 @@ static void FN(cga3d_interpolate_any_circle_any_circle_number_batch)(ptrdiff_t b
     FN(cga3d_interpolate_any_circle_any_circle_number)(out, status, x1_in, x2_in, alpha_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -3478,7 +3486,7 @@ static void FN(cga3d_interpolate_any_plane_any_plane_number_batch)(ptrdiff_t beg
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -3486,6 +3494,8 @@ static void FN(cga3d_interpolate_any_plane_any_plane_number_batch)(ptrdiff_t beg
     FN(cga3d_interpolate_any_plane_any_plane_number)(out, status, x1_in, x2_in, alpha_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -3519,7 +3529,7 @@ static void FN(cga3d_interpolate_any_sphere_any_sphere_number_batch)(ptrdiff_t b
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -3527,6 +3537,8 @@ static void FN(cga3d_interpolate_any_sphere_any_sphere_number_batch)(ptrdiff_t b
     FN(cga3d_interpolate_any_sphere_any_sphere_number)(out, status, x1_in, x2_in, alpha_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -3560,7 +3572,7 @@ static void FN(cga3d_interpolate_rate_any_point_any_point_number_batch)(ptrdiff_
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -3568,6 +3580,8 @@ static void FN(cga3d_interpolate_rate_any_point_any_point_number_batch)(ptrdiff_
     FN(cga3d_interpolate_rate_any_point_any_point_number)(out, status, x1_in, x2_in, alpha_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -3601,7 +3615,7 @@ static void FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number_batch
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -3609,6 +3623,8 @@ static void FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number_batch
     FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, alpha_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -3642,7 +3658,7 @@ static void FN(cga3d_interpolate_rate_any_line_any_line_number_batch)(ptrdiff_t 
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -3650,6 +3666,8 @@ static void FN(cga3d_interpolate_rate_any_line_any_line_number_batch)(ptrdiff_t 
     FN(cga3d_interpolate_rate_any_line_any_line_number)(out, status, x1_in, x2_in, alpha_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -3683,7 +3701,7 @@ static void FN(cga3d_interpolate_rate_any_circle_any_circle_number_batch)(ptrdif
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -3691,6 +3709,8 @@ static void FN(cga3d_interpolate_rate_any_circle_any_circle_number_batch)(ptrdif
     FN(cga3d_interpolate_rate_any_circle_any_circle_number)(out, status, x1_in, x2_in, alpha_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -3724,7 +3744,7 @@ static void FN(cga3d_interpolate_rate_any_plane_any_plane_number_batch)(ptrdiff_
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -3732,6 +3752,8 @@ static void FN(cga3d_interpolate_rate_any_plane_any_plane_number_batch)(ptrdiff_
     FN(cga3d_interpolate_rate_any_plane_any_plane_number)(out, status, x1_in, x2_in, alpha_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -3765,7 +3787,7 @@ static void FN(cga3d_interpolate_rate_any_sphere_any_sphere_number_batch)(ptrdif
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -3773,6 +3795,8 @@ static void FN(cga3d_interpolate_rate_any_sphere_any_sphere_number_batch)(ptrdif
     FN(cga3d_interpolate_rate_any_sphere_any_sphere_number)(out, status, x1_in, x2_in, alpha_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -3799,13 +3823,15 @@ static void FN(cga3d_orientation_any_point_any_point_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
     }
     FN(cga3d_orientation_any_point_any_point)(orientation, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
     } else {
       FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
     }
@@ -3831,13 +3857,15 @@ static void FN(cga3d_orientation_any_point_pair_any_point_pair_batch)(ptrdiff_t 
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
     }
     FN(cga3d_orientation_any_point_pair_any_point_pair)(orientation, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
     } else {
       FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
     }
@@ -3863,13 +3891,15 @@ static void FN(cga3d_orientation_any_line_any_line_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
     }
     FN(cga3d_orientation_any_line_any_line)(orientation, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
     } else {
       FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
     }
@@ -3895,13 +3925,15 @@ static void FN(cga3d_orientation_any_circle_any_circle_batch)(ptrdiff_t begin, p
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
     }
     FN(cga3d_orientation_any_circle_any_circle)(orientation, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
     } else {
       FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
     }
@@ -3927,13 +3959,15 @@ static void FN(cga3d_orientation_any_plane_any_plane_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
     }
     FN(cga3d_orientation_any_plane_any_plane)(orientation, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
     } else {
       FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
     }
@@ -3959,13 +3993,15 @@ static void FN(cga3d_orientation_any_sphere_any_sphere_batch)(ptrdiff_t begin, p
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
     }
     FN(cga3d_orientation_any_sphere_any_sphere)(orientation, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
     } else {
       FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
     }
@@ -4003,7 +4039,7 @@ static void FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_number
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -4012,6 +4048,8 @@ static void FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_number
     FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -4050,7 +4088,7 @@ static void FN(cga3d_interpolate_far_any_line_any_line_number_number_batch)(ptrd
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -4059,6 +4097,8 @@ static void FN(cga3d_interpolate_far_any_line_any_line_number_number_batch)(ptrd
     FN(cga3d_interpolate_far_any_line_any_line_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -4097,7 +4137,7 @@ static void FN(cga3d_interpolate_far_any_circle_any_circle_number_number_batch)(
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -4106,6 +4146,8 @@ static void FN(cga3d_interpolate_far_any_circle_any_circle_number_number_batch)(
     FN(cga3d_interpolate_far_any_circle_any_circle_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -4144,7 +4186,7 @@ static void FN(cga3d_interpolate_far_any_plane_any_plane_number_number_batch)(pt
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -4153,6 +4195,8 @@ static void FN(cga3d_interpolate_far_any_plane_any_plane_number_number_batch)(pt
     FN(cga3d_interpolate_far_any_plane_any_plane_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -4191,7 +4235,7 @@ static void FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number_batch)(
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -4200,6 +4244,8 @@ static void FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number_batch)(
     FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -4238,7 +4284,7 @@ static void FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_n
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -4247,6 +4293,8 @@ static void FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_n
     FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -4285,7 +4333,7 @@ static void FN(cga3d_interpolate_far_rate_any_line_any_line_number_number_batch)
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -4294,6 +4342,8 @@ static void FN(cga3d_interpolate_far_rate_any_line_any_line_number_number_batch)
     FN(cga3d_interpolate_far_rate_any_line_any_line_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -4332,7 +4382,7 @@ static void FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number_ba
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -4341,6 +4391,8 @@ static void FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number_ba
     FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -4379,7 +4431,7 @@ static void FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number_batc
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -4388,6 +4440,8 @@ static void FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number_batc
     FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -4426,7 +4480,7 @@ static void FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number_ba
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -4435,6 +4489,8 @@ static void FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number_ba
     FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }

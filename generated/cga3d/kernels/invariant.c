@@ -1816,12 +1816,14 @@ static void FN(cga3d_exp_bivector_bivector_batch)(ptrdiff_t begin, ptrdiff_t end
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 10, 10, rows);
     }
     FN(cga3d_exp_bivector_bivector)(out, b_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -1844,12 +1846,14 @@ static void FN(cga3d_log_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
     }
     FN(cga3d_log_rotor_even)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1873,12 +1877,14 @@ static void FN(cga3d_log_rotor_dilator_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 2, 2, rows);
     }
     FN(cga3d_log_rotor_dilator)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1902,12 +1908,14 @@ static void FN(cga3d_log_rotor_homothety_batch)(ptrdiff_t begin, ptrdiff_t end, 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 5, 5, rows);
     }
     FN(cga3d_log_rotor_homothety)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1931,12 +1939,14 @@ static void FN(cga3d_sqrt_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
     }
     FN(cga3d_sqrt_rotor_even)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -1960,12 +1970,14 @@ static void FN(cga3d_sqrt_rotor_dilator_batch)(ptrdiff_t begin, ptrdiff_t end, v
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 2, 2);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 2, 2, rows);
     }
     FN(cga3d_sqrt_rotor_dilator)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 2, out, 2);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 2, out, 2);
     } else {
       FN(store_tail)(out_rows + i * 2, out, 2, rows);
     }
@@ -1989,12 +2001,14 @@ static void FN(cga3d_sqrt_rotor_homothety_batch)(ptrdiff_t begin, ptrdiff_t end,
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 5, 5, rows);
     }
     FN(cga3d_sqrt_rotor_homothety)(out, status, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }

@@ -815,12 +815,14 @@ static void FN(cga3d_anchor_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *c
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_anchor_point)(out, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -841,12 +843,14 @@ static void FN(cga3d_anchor_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_anchor_point_pair)(out, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -867,12 +871,14 @@ static void FN(cga3d_anchor_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *co
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(cga3d_anchor_line)(out, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -893,12 +899,14 @@ static void FN(cga3d_anchor_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_anchor_circle)(out, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -919,12 +927,14 @@ static void FN(cga3d_anchor_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *c
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga3d_anchor_plane)(out, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -945,12 +955,14 @@ static void FN(cga3d_anchor_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_anchor_sphere)(out, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -976,13 +988,15 @@ static void FN(cga3d_nearest_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
     }
     FN(cga3d_nearest_point_euclidean)(out, x_in, o_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1008,13 +1022,15 @@ static void FN(cga3d_nearest_point_pair_euclidean_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
     }
     FN(cga3d_nearest_point_pair_euclidean)(out, x_in, o_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1040,13 +1056,15 @@ static void FN(cga3d_nearest_line_euclidean_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
     }
     FN(cga3d_nearest_line_euclidean)(out, x_in, o_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1072,13 +1090,15 @@ static void FN(cga3d_nearest_circle_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
     }
     FN(cga3d_nearest_circle_euclidean)(out, x_in, o_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1104,13 +1124,15 @@ static void FN(cga3d_nearest_plane_euclidean_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
     }
     FN(cga3d_nearest_plane_euclidean)(out, x_in, o_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1136,13 +1158,15 @@ static void FN(cga3d_nearest_sphere_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
     }
     FN(cga3d_nearest_sphere_euclidean)(out, x_in, o_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1168,13 +1192,15 @@ static void FN(cga3d_inward_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
     }
     FN(cga3d_inward_point_euclidean)(out, x_in, o_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1200,13 +1226,15 @@ static void FN(cga3d_inward_point_pair_euclidean_batch)(ptrdiff_t begin, ptrdiff
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
     }
     FN(cga3d_inward_point_pair_euclidean)(out, x_in, o_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1232,13 +1260,15 @@ static void FN(cga3d_inward_line_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
     }
     FN(cga3d_inward_line_euclidean)(out, x_in, o_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1264,13 +1294,15 @@ static void FN(cga3d_inward_circle_euclidean_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
     }
     FN(cga3d_inward_circle_euclidean)(out, x_in, o_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1296,13 +1328,15 @@ static void FN(cga3d_inward_plane_euclidean_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
     }
     FN(cga3d_inward_plane_euclidean)(out, x_in, o_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1328,13 +1362,15 @@ static void FN(cga3d_inward_sphere_euclidean_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
     }
     FN(cga3d_inward_sphere_euclidean)(out, x_in, o_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }

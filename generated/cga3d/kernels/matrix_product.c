@@ -269,13 +269,15 @@ static void FN(cga3d_geometric_dense_multivector_multivector_batch)(ptrdiff_t be
     if (rows == W) {
       if (a_stride) FN(load_rows)(a_in, a_rows + i * 32, 32);
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 32, 32);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 32, 32, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 32, 32, rows);
     }
     FN(cga3d_geometric_dense_multivector_multivector)(out, a_in, b_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 32, out, 32);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 32, out, 32);
     } else {
       FN(store_tail)(out_rows + i * 32, out, 32, rows);
     }

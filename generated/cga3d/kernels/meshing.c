@@ -243,7 +243,7 @@ static void FN(cga3d_point_on_circle_euclidean_number_rotor_euclidean_batch)(ptr
       if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
       if (rotor_stride) FN(load_rows)(rotor_in, rotor_rows + i * 4, 4);
       if (spoke_stride) FN(load_rows)(spoke_in, spoke_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
       if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
       if (rotor_stride) FN(load_tail)(rotor_in, rotor_rows + i * 4, 4, rows);
@@ -252,6 +252,8 @@ static void FN(cga3d_point_on_circle_euclidean_number_rotor_euclidean_batch)(ptr
     FN(cga3d_point_on_circle_euclidean_number_rotor_euclidean)(out, center_in, radius_in, rotor_in, spoke_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -282,7 +284,7 @@ static void FN(cga3d_interpolate_position_euclidean_euclidean_number_batch)(ptrd
       if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
       if (fraction_stride) FN(load_rows)(fraction_in, fraction_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
       if (fraction_stride) FN(load_tail)(fraction_in, fraction_rows + i * 1, 1, rows);
@@ -290,6 +292,8 @@ static void FN(cga3d_interpolate_position_euclidean_euclidean_number_batch)(ptrd
     FN(cga3d_interpolate_position_euclidean_euclidean_number)(out, a_in, b_in, fraction_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -320,7 +324,7 @@ static void FN(cga3d_swept_normal_euclidean_circle_any_circle_batch)(ptrdiff_t b
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
       if (carrier_stride) FN(load_rows)(carrier_in, carrier_rows + i * 10, 10);
       if (rate_stride) FN(load_rows)(rate_in, rate_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
       if (carrier_stride) FN(load_tail)(carrier_in, carrier_rows + i * 10, 10, rows);
       if (rate_stride) FN(load_tail)(rate_in, rate_rows + i * 10, 10, rows);
@@ -328,6 +332,8 @@ static void FN(cga3d_swept_normal_euclidean_circle_any_circle_batch)(ptrdiff_t b
     FN(cga3d_swept_normal_euclidean_circle_any_circle)(out, position_in, carrier_in, rate_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -358,7 +364,7 @@ static void FN(cga3d_segment_normal_euclidean_point_pair_any_point_pair_batch)(p
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
       if (pair_stride) FN(load_rows)(pair_in, pair_rows + i * 10, 10);
       if (rate_stride) FN(load_rows)(rate_in, rate_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
       if (pair_stride) FN(load_tail)(pair_in, pair_rows + i * 10, 10, rows);
       if (rate_stride) FN(load_tail)(rate_in, rate_rows + i * 10, 10, rows);
@@ -366,6 +372,8 @@ static void FN(cga3d_segment_normal_euclidean_point_pair_any_point_pair_batch)(p
     FN(cga3d_segment_normal_euclidean_point_pair_any_point_pair)(out, position_in, pair_in, rate_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }

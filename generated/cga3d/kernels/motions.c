@@ -439,12 +439,14 @@ static void FN(cga3d_translator_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end,
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (t_stride) FN(load_rows)(t_in, t_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (t_stride) FN(load_tail)(t_in, t_rows + i * 3, 3, rows);
     }
     FN(cga3d_translator_euclidean)(out, t_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -472,13 +474,15 @@ static void FN(cga3d_rotor_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
       if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
       if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
     }
     FN(cga3d_rotor_euclidean_number)(out, status, axis_in, angle_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -512,7 +516,7 @@ static void FN(cga3d_rotor_about_euclidean_number_euclidean_batch)(ptrdiff_t beg
       if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
       if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
       if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
       if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
       if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
@@ -520,6 +524,8 @@ static void FN(cga3d_rotor_about_euclidean_number_euclidean_batch)(ptrdiff_t beg
     FN(cga3d_rotor_about_euclidean_number_euclidean)(out, status, axis_in, angle_in, point_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -558,7 +564,7 @@ static void FN(cga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean_b
       if (e2_stride) FN(load_rows)(e2_in, e2_rows + i * 3, 3);
       if (e3_stride) FN(load_rows)(e3_in, e3_rows + i * 3, 3);
       if (origin_stride) FN(load_rows)(origin_in, origin_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (e1_stride) FN(load_tail)(e1_in, e1_rows + i * 3, 3, rows);
       if (e2_stride) FN(load_tail)(e2_in, e2_rows + i * 3, 3, rows);
       if (e3_stride) FN(load_tail)(e3_in, e3_rows + i * 3, 3, rows);
@@ -567,6 +573,8 @@ static void FN(cga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean_b
     FN(cga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in, origin_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -600,7 +608,7 @@ static void FN(cga3d_rotor_from_matrix_euclidean_euclidean_euclidean_batch)(ptrd
       if (e1_stride) FN(load_rows)(e1_in, e1_rows + i * 3, 3);
       if (e2_stride) FN(load_rows)(e2_in, e2_rows + i * 3, 3);
       if (e3_stride) FN(load_rows)(e3_in, e3_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (e1_stride) FN(load_tail)(e1_in, e1_rows + i * 3, 3, rows);
       if (e2_stride) FN(load_tail)(e2_in, e2_rows + i * 3, 3, rows);
       if (e3_stride) FN(load_tail)(e3_in, e3_rows + i * 3, 3, rows);
@@ -608,6 +616,8 @@ static void FN(cga3d_rotor_from_matrix_euclidean_euclidean_euclidean_batch)(ptrd
     FN(cga3d_rotor_from_matrix_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -629,12 +639,14 @@ static void FN(cga3d_motor_to_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
     }
     FN(cga3d_motor_to_matrix_motor)(matrix, r_in);
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 16, matrix, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(matrix_rows + i * 16, matrix, 16);
     } else {
       FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
     }
@@ -655,12 +667,14 @@ static void FN(cga3d_motor_to_matrix_rotor_batch)(ptrdiff_t begin, ptrdiff_t end
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
     }
     FN(cga3d_motor_to_matrix_rotor)(matrix, r_in);
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 16, matrix, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(matrix_rows + i * 16, matrix, 16);
     } else {
       FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
     }
@@ -681,12 +695,14 @@ static void FN(cga3d_motor_to_matrix_translator_batch)(ptrdiff_t begin, ptrdiff_
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
     }
     FN(cga3d_motor_to_matrix_translator)(matrix, r_in);
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 16, matrix, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(matrix_rows + i * 16, matrix, 16);
     } else {
       FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
     }

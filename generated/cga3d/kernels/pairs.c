@@ -117,13 +117,15 @@ static void FN(cga3d_pair_about_euclidean_euclidean_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       if (middle_stride) FN(load_rows)(middle_in, middle_rows + i * 3, 3);
       if (half_stride) FN(load_rows)(half_in, half_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (middle_stride) FN(load_tail)(middle_in, middle_rows + i * 3, 3, rows);
       if (half_stride) FN(load_tail)(half_in, half_rows + i * 3, 3, rows);
     }
     FN(cga3d_pair_about_euclidean_euclidean)(out, status, middle_in, half_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -149,13 +151,16 @@ static void FN(cga3d_pair_middle_half_point_pair_batch)(ptrdiff_t begin, ptrdiff
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (pair_stride) FN(load_rows)(pair_in, pair_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (pair_stride) FN(load_tail)(pair_in, pair_rows + i * 10, 10, rows);
     }
     FN(cga3d_pair_middle_half_point_pair)(middle, half, status, pair_in);
     if (rows == W) {
       FN(store_rows)(middle_rows + i * 3, middle, 3);
       FN(store_rows)(half_rows + i * 3, half, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(middle_rows + i * 3, middle, 3);
+      FN(store_lane)(half_rows + i * 3, half, 3);
     } else {
       FN(store_tail)(middle_rows + i * 3, middle, 3, rows);
       FN(store_tail)(half_rows + i * 3, half, 3, rows);

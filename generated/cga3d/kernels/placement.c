@@ -383,7 +383,7 @@ static void FN(cga3d_center_axis_curvature_point_pair_batch)(ptrdiff_t begin, pt
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_center_axis_curvature_point_pair)(center, axis, curvature, x_in);
@@ -391,6 +391,10 @@ static void FN(cga3d_center_axis_curvature_point_pair_batch)(ptrdiff_t begin, pt
       FN(store_rows)(center_rows + i * 3, center, 3);
       FN(store_rows)(axis_rows + i * 3, axis, 3);
       FN(store_rows)(curvature_rows + i * 1, curvature, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(center_rows + i * 3, center, 3);
+      FN(store_lane)(axis_rows + i * 3, axis, 3);
+      FN(store_lane)(curvature_rows + i * 1, curvature, 1);
     } else {
       FN(store_tail)(center_rows + i * 3, center, 3, rows);
       FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
@@ -417,7 +421,7 @@ static void FN(cga3d_center_axis_curvature_circle_batch)(ptrdiff_t begin, ptrdif
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_center_axis_curvature_circle)(center, axis, curvature, x_in);
@@ -425,6 +429,10 @@ static void FN(cga3d_center_axis_curvature_circle_batch)(ptrdiff_t begin, ptrdif
       FN(store_rows)(center_rows + i * 3, center, 3);
       FN(store_rows)(axis_rows + i * 3, axis, 3);
       FN(store_rows)(curvature_rows + i * 1, curvature, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(center_rows + i * 3, center, 3);
+      FN(store_lane)(axis_rows + i * 3, axis, 3);
+      FN(store_lane)(curvature_rows + i * 1, curvature, 1);
     } else {
       FN(store_tail)(center_rows + i * 3, center, 3, rows);
       FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
@@ -451,7 +459,7 @@ static void FN(cga3d_center_axis_curvature_sphere_batch)(ptrdiff_t begin, ptrdif
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_center_axis_curvature_sphere)(center, axis, curvature, x_in);
@@ -459,6 +467,10 @@ static void FN(cga3d_center_axis_curvature_sphere_batch)(ptrdiff_t begin, ptrdif
       FN(store_rows)(center_rows + i * 3, center, 3);
       FN(store_rows)(axis_rows + i * 3, axis, 3);
       FN(store_rows)(curvature_rows + i * 1, curvature, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(center_rows + i * 3, center, 3);
+      FN(store_lane)(axis_rows + i * 3, axis, 3);
+      FN(store_lane)(curvature_rows + i * 1, curvature, 1);
     } else {
       FN(store_tail)(center_rows + i * 3, center, 3, rows);
       FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
@@ -488,7 +500,7 @@ static void FN(cga3d_half_rotations_euclidean_euclidean_batch)(ptrdiff_t begin, 
     if (rows == W) {
       if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
       if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
       if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
     }
@@ -496,6 +508,9 @@ static void FN(cga3d_half_rotations_euclidean_euclidean_batch)(ptrdiff_t begin, 
     if (rows == W) {
       FN(store_rows)(half_rows + i * 8, half, 8);
       FN(store_rows)(quarter_rows + i * 9, quarter, 9);
+    } else if (rows == 1) {
+      FN(store_lane)(half_rows + i * 8, half, 8);
+      FN(store_lane)(quarter_rows + i * 9, quarter, 9);
     } else {
       FN(store_tail)(half_rows + i * 8, half, 8, rows);
       FN(store_tail)(quarter_rows + i * 9, quarter, 9, rows);
@@ -544,7 +559,7 @@ static void FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_n
       if (center2_stride) FN(load_rows)(center2_in, center2_rows + i * 3, 3);
       if (axis2_stride) FN(load_rows)(axis2_in, axis2_rows + i * 3, 3);
       if (curvature2_stride) FN(load_rows)(curvature2_in, curvature2_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (center1_stride) FN(load_tail)(center1_in, center1_rows + i * 3, 3, rows);
       if (axis1_stride) FN(load_tail)(axis1_in, axis1_rows + i * 3, 3, rows);
       if (curvature1_stride) FN(load_tail)(curvature1_in, curvature1_rows + i * 1, 1, rows);
@@ -555,6 +570,8 @@ static void FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_n
     FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_number)(out, status, center1_in, axis1_in, curvature1_in, center2_in, axis2_in, curvature2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 12, out, 12);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 12, out, 12);
     } else {
       FN(store_tail)(out_rows + i * 12, out, 12, rows);
     }

@@ -1460,13 +1460,15 @@ static void FN(cga3d_geometric_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
     }
     FN(cga3d_geometric_motor_motor)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1492,13 +1494,15 @@ static void FN(cga3d_geometric_rotor_rotor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(cga3d_geometric_rotor_rotor)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1524,13 +1528,15 @@ static void FN(cga3d_geometric_even_even_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
     }
     FN(cga3d_geometric_even_even)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -1556,13 +1562,15 @@ static void FN(cga3d_geometric_translator_rotor_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(cga3d_geometric_translator_rotor)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1588,13 +1596,15 @@ static void FN(cga3d_geometric_rotor_translator_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(cga3d_geometric_rotor_translator)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1620,13 +1630,15 @@ static void FN(cga3d_geometric_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
     }
     FN(cga3d_geometric_motor_any_motor)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1652,13 +1664,15 @@ static void FN(cga3d_geometric_any_motor_any_motor_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
     }
     FN(cga3d_geometric_any_motor_any_motor)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1684,13 +1698,15 @@ static void FN(cga3d_outer_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 32, 32);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 32, 32);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 32, 32, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 32, 32, rows);
     }
     FN(cga3d_outer_multivector_multivector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 32, out, 32);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 32, out, 32);
     } else {
       FN(store_tail)(out_rows + i * 32, out, 32, rows);
     }
@@ -1716,13 +1732,15 @@ static void FN(cga3d_outer_vector_vector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
     }
     FN(cga3d_outer_vector_vector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1748,13 +1766,15 @@ static void FN(cga3d_outer_bivector_vector_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
     }
     FN(cga3d_outer_bivector_vector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1780,13 +1800,15 @@ static void FN(cga3d_outer_trivector_vector_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
     }
     FN(cga3d_outer_trivector_vector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1812,13 +1834,15 @@ static void FN(cga3d_inner_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 32, 32);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 32, 32);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 32, 32, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 32, 32, rows);
     }
     FN(cga3d_inner_multivector_multivector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 31, out, 31);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 31, out, 31);
     } else {
       FN(store_tail)(out_rows + i * 31, out, 31, rows);
     }
@@ -1844,13 +1868,15 @@ static void FN(cga3d_inner_vector_vector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
     }
     FN(cga3d_inner_vector_vector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1876,13 +1902,15 @@ static void FN(cga3d_regressive_line_plane_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(cga3d_regressive_line_plane)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1908,13 +1936,15 @@ static void FN(cga3d_regressive_line_sphere_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
     }
     FN(cga3d_regressive_line_sphere)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1940,13 +1970,15 @@ static void FN(cga3d_regressive_line_circle_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 10, 10, rows);
     }
     FN(cga3d_regressive_line_circle)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1972,13 +2004,15 @@ static void FN(cga3d_regressive_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(cga3d_regressive_plane_plane)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -2004,13 +2038,15 @@ static void FN(cga3d_regressive_plane_sphere_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
     }
     FN(cga3d_regressive_plane_sphere)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2036,13 +2072,15 @@ static void FN(cga3d_regressive_sphere_plane_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(cga3d_regressive_sphere_plane)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2068,13 +2106,15 @@ static void FN(cga3d_regressive_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
     }
     FN(cga3d_regressive_sphere_sphere)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2100,13 +2140,15 @@ static void FN(cga3d_regressive_trivector_quadvector_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
     }
     FN(cga3d_regressive_trivector_quadvector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2132,13 +2174,15 @@ static void FN(cga3d_regressive_quadvector_quadvector_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
     }
     FN(cga3d_regressive_quadvector_quadvector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2164,13 +2208,15 @@ static void FN(cga3d_sandwich_motor_point_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_sandwich_motor_point)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -2196,13 +2242,15 @@ static void FN(cga3d_sandwich_motor_any_point_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_sandwich_motor_any_point)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -2228,13 +2276,15 @@ static void FN(cga3d_sandwich_motor_point_pair_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_sandwich_motor_point_pair)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2260,13 +2310,15 @@ static void FN(cga3d_sandwich_motor_direction_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
     }
     FN(cga3d_sandwich_motor_direction)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -2292,13 +2344,15 @@ static void FN(cga3d_sandwich_motor_flat_point_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga3d_sandwich_motor_flat_point)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -2324,13 +2378,15 @@ static void FN(cga3d_sandwich_motor_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(cga3d_sandwich_motor_line)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -2356,13 +2412,15 @@ static void FN(cga3d_sandwich_motor_circle_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_sandwich_motor_circle)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2388,13 +2446,15 @@ static void FN(cga3d_sandwich_motor_plane_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga3d_sandwich_motor_plane)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -2420,13 +2480,15 @@ static void FN(cga3d_sandwich_motor_sphere_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_sandwich_motor_sphere)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -2452,13 +2514,15 @@ static void FN(cga3d_sandwich_motor_any_circle_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_sandwich_motor_any_circle)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2484,13 +2548,15 @@ static void FN(cga3d_sandwich_rotor_point_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_sandwich_rotor_point)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -2516,13 +2582,15 @@ static void FN(cga3d_sandwich_translator_point_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_sandwich_translator_point)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -2548,13 +2616,15 @@ static void FN(cga3d_sandwich_rotor_conformal_vector_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_sandwich_rotor_conformal_vector)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -2580,13 +2650,15 @@ static void FN(cga3d_sandwich_motor_any_line_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(cga3d_sandwich_motor_any_line)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -2612,13 +2684,15 @@ static void FN(cga3d_sandwich_motor_twist_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(cga3d_sandwich_motor_twist)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -2644,13 +2718,15 @@ static void FN(cga3d_sandwich_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
     }
     FN(cga3d_sandwich_motor_motor)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -2676,13 +2752,15 @@ static void FN(cga3d_commutator_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
     }
     FN(cga3d_commutator_twist_twist)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }

@@ -305,7 +305,7 @@ static void FN(cga3d_line_from_euclidean_line_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
       if (ray_stride) FN(load_rows)(ray_in, ray_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
       if (ray_stride) FN(load_tail)(ray_in, ray_rows + i * 6, 6, rows);
     }
@@ -313,6 +313,9 @@ static void FN(cga3d_line_from_euclidean_line_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(direction_rows + i * 3, direction, 3);
       FN(store_rows)(distance_rows + i * 1, distance, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(direction_rows + i * 3, direction, 3);
+      FN(store_lane)(distance_rows + i * 1, distance, 1);
     } else {
       FN(store_tail)(direction_rows + i * 3, direction, 3, rows);
       FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
@@ -346,7 +349,7 @@ static void FN(cga3d_plane_contact_euclidean_euclidean_number_batch)(ptrdiff_t b
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
       if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
       if (offset_stride) FN(load_rows)(offset_in, offset_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
       if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
       if (offset_stride) FN(load_tail)(offset_in, offset_rows + i * 1, 1, rows);
@@ -355,6 +358,9 @@ static void FN(cga3d_plane_contact_euclidean_euclidean_number_batch)(ptrdiff_t b
     if (rows == W) {
       FN(store_rows)(distance_rows + i * 1, distance, 1);
       FN(store_rows)(normal__rows + i * 3, normal_, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(distance_rows + i * 1, distance, 1);
+      FN(store_lane)(normal__rows + i * 3, normal_, 3);
     } else {
       FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
       FN(store_tail)(normal__rows + i * 3, normal_, 3, rows);
@@ -388,7 +394,7 @@ static void FN(cga3d_sphere_contact_euclidean_euclidean_number_batch)(ptrdiff_t 
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
       if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
       if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
       if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
       if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
@@ -397,6 +403,9 @@ static void FN(cga3d_sphere_contact_euclidean_euclidean_number_batch)(ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(distance_rows + i * 1, distance, 1);
       FN(store_rows)(normal_rows + i * 3, normal, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(distance_rows + i * 1, distance, 1);
+      FN(store_lane)(normal_rows + i * 3, normal, 3);
     } else {
       FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
       FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
@@ -435,7 +444,7 @@ static void FN(cga3d_disc_contact_euclidean_euclidean_euclidean_number_batch)(pt
       if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
       if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
       if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
       if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
       if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
@@ -445,6 +454,9 @@ static void FN(cga3d_disc_contact_euclidean_euclidean_euclidean_number_batch)(pt
     if (rows == W) {
       FN(store_rows)(distance_rows + i * 1, distance, 1);
       FN(store_rows)(normal__rows + i * 3, normal_, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(distance_rows + i * 1, distance, 1);
+      FN(store_lane)(normal__rows + i * 3, normal_, 3);
     } else {
       FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
       FN(store_tail)(normal__rows + i * 3, normal_, 3, rows);
@@ -478,7 +490,7 @@ static void FN(cga3d_reflected_line_euclidean_euclidean_euclidean_batch)(ptrdiff
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
       if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 3, 3);
       if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
       if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 3, 3, rows);
       if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
@@ -486,6 +498,8 @@ static void FN(cga3d_reflected_line_euclidean_euclidean_euclidean_batch)(ptrdiff
     FN(cga3d_reflected_line_euclidean_euclidean_euclidean)(out, status, position_in, direction_in, normal_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -524,7 +538,7 @@ static void FN(cga3d_normal_line_euclidean_euclidean_euclidean_number_batch)(ptr
       if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 3, 3);
       if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
       if (least_stride) FN(load_rows)(least_in, least_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
       if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 3, 3, rows);
       if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
@@ -533,6 +547,8 @@ static void FN(cga3d_normal_line_euclidean_euclidean_euclidean_number_batch)(ptr
     FN(cga3d_normal_line_euclidean_euclidean_euclidean_number)(out, status, position_in, direction_in, normal_in, least_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -571,7 +587,7 @@ static void FN(cga3d_tangent_line_euclidean_euclidean_euclidean_number_batch)(pt
       if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 3, 3);
       if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
       if (least_stride) FN(load_rows)(least_in, least_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
       if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 3, 3, rows);
       if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
@@ -580,6 +596,8 @@ static void FN(cga3d_tangent_line_euclidean_euclidean_euclidean_number_batch)(pt
     FN(cga3d_tangent_line_euclidean_euclidean_euclidean_number)(out, status, position_in, direction_in, normal_in, least_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }

@@ -1711,7 +1711,7 @@ static void FN(cga3d_rotor_between_point_pair_point_pair_batch)(ptrdiff_t begin,
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
     }
@@ -1719,6 +1719,9 @@ static void FN(cga3d_rotor_between_point_pair_point_pair_batch)(ptrdiff_t begin,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
       FN(store_rows)(quality_rows + i * 2, quality, 2);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
+      FN(store_lane)(quality_rows + i * 2, quality, 2);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
       FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
@@ -1750,7 +1753,7 @@ static void FN(cga3d_rotor_between_line_line_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
     }
@@ -1758,6 +1761,9 @@ static void FN(cga3d_rotor_between_line_line_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
       FN(store_rows)(quality_rows + i * 2, quality, 2);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(quality_rows + i * 2, quality, 2);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
       FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
@@ -1789,7 +1795,7 @@ static void FN(cga3d_rotor_between_circle_circle_batch)(ptrdiff_t begin, ptrdiff
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
     }
@@ -1797,6 +1803,9 @@ static void FN(cga3d_rotor_between_circle_circle_batch)(ptrdiff_t begin, ptrdiff
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
       FN(store_rows)(quality_rows + i * 2, quality, 2);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
+      FN(store_lane)(quality_rows + i * 2, quality, 2);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
       FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
@@ -1828,7 +1837,7 @@ static void FN(cga3d_rotor_between_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
     }
@@ -1836,6 +1845,9 @@ static void FN(cga3d_rotor_between_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
       FN(store_rows)(quality_rows + i * 2, quality, 2);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(quality_rows + i * 2, quality, 2);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
       FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
@@ -1867,7 +1879,7 @@ static void FN(cga3d_rotor_between_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
     }
@@ -1875,6 +1887,9 @@ static void FN(cga3d_rotor_between_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
       FN(store_rows)(quality_rows + i * 2, quality, 2);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
+      FN(store_lane)(quality_rows + i * 2, quality, 2);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
       FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
@@ -1904,13 +1919,15 @@ static void FN(cga3d_flat_rotor_line_line_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
     }
     FN(cga3d_flat_rotor_line_line)(out, status, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1939,13 +1956,15 @@ static void FN(cga3d_flat_rotor_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
     }
     FN(cga3d_flat_rotor_plane_plane)(out, status, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1974,13 +1993,15 @@ static void FN(cga3d_mirror_between_point_pair_point_pair_batch)(ptrdiff_t begin
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
     }
     FN(cga3d_mirror_between_point_pair_point_pair)(out, status, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2009,13 +2030,15 @@ static void FN(cga3d_mirror_between_line_line_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
     }
     FN(cga3d_mirror_between_line_line)(out, status, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -2044,13 +2067,15 @@ static void FN(cga3d_mirror_between_circle_circle_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
     }
     FN(cga3d_mirror_between_circle_circle)(out, status, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2079,13 +2104,15 @@ static void FN(cga3d_mirror_between_plane_plane_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
     }
     FN(cga3d_mirror_between_plane_plane)(out, status, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -2114,13 +2141,15 @@ static void FN(cga3d_mirror_between_sphere_sphere_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
     }
     FN(cga3d_mirror_between_sphere_sphere)(out, status, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -2149,13 +2178,15 @@ static void FN(cga3d_translation_between_point_point_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
     }
     FN(cga3d_translation_between_point_point)(out, status, x1_in, x2_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -2177,12 +2208,14 @@ static void FN(cga3d_unit_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
     }
     FN(cga3d_unit_rotor_even)(out, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -2208,13 +2241,15 @@ static void FN(cga3d_transform_object_even_point_pair_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_transform_object_even_point_pair)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2240,13 +2275,15 @@ static void FN(cga3d_transform_object_even_circle_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_transform_object_even_circle)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2272,13 +2309,15 @@ static void FN(cga3d_transform_object_even_sphere_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_transform_object_even_sphere)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -2299,12 +2338,14 @@ static void FN(cga3d_canonicalize_sign_even_batch)(ptrdiff_t begin, ptrdiff_t en
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
     }
     FN(cga3d_canonicalize_sign_even)(out, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }

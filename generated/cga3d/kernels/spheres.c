@@ -659,7 +659,7 @@ static void FN(cga3d_common_sphere_any_point_pair_any_point_pair_number_batch)(p
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
       if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
@@ -667,6 +667,8 @@ static void FN(cga3d_common_sphere_any_point_pair_any_point_pair_number_batch)(p
     FN(cga3d_common_sphere_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -700,7 +702,7 @@ static void FN(cga3d_common_sphere_any_line_any_line_number_batch)(ptrdiff_t beg
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
       if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
@@ -708,6 +710,8 @@ static void FN(cga3d_common_sphere_any_line_any_line_number_batch)(ptrdiff_t beg
     FN(cga3d_common_sphere_any_line_any_line_number)(out, status, x1_in, x2_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -741,7 +745,7 @@ static void FN(cga3d_common_sphere_any_circle_any_circle_number_batch)(ptrdiff_t
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
       if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
@@ -749,6 +753,8 @@ static void FN(cga3d_common_sphere_any_circle_any_circle_number_batch)(ptrdiff_t
     FN(cga3d_common_sphere_any_circle_any_circle_number)(out, status, x1_in, x2_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -782,7 +788,7 @@ static void FN(cga3d_orthogonal_sphere_any_circle_any_circle_number_batch)(ptrdi
       if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
       if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
       if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
       if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
       if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
@@ -790,6 +796,8 @@ static void FN(cga3d_orthogonal_sphere_any_circle_any_circle_number_batch)(ptrdi
     FN(cga3d_orthogonal_sphere_any_circle_any_circle_number)(out, status, x1_in, x2_in, distance_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }

@@ -98,13 +98,15 @@ static void FN(cga3d_moment_about_twist_euclidean_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       if (wrench_stride) FN(load_rows)(wrench_in, wrench_rows + i * 6, 6);
       if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (wrench_stride) FN(load_tail)(wrench_in, wrench_rows + i * 6, 6, rows);
       if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
     }
     FN(cga3d_moment_about_twist_euclidean)(out, wrench_in, point_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -130,13 +132,15 @@ static void FN(cga3d_screw_cross_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (a_stride) FN(load_rows)(a_in, a_rows + i * 6, 6);
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 6, 6, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 6, 6, rows);
     }
     FN(cga3d_screw_cross_twist_twist)(out, a_in, b_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -157,12 +161,14 @@ static void FN(cga3d_screw_row_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (screw_stride) FN(load_rows)(screw_in, screw_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (screw_stride) FN(load_tail)(screw_in, screw_rows + i * 6, 6, rows);
     }
     FN(cga3d_screw_row_twist)(screw_, screw_in);
     if (rows == W) {
       FN(store_rows)(screw__rows + i * 6, screw_, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(screw__rows + i * 6, screw_, 6);
     } else {
       FN(store_tail)(screw__rows + i * 6, screw_, 6, rows);
     }
@@ -183,12 +189,14 @@ static void FN(cga3d_screw_of_row_numbers6_batch)(ptrdiff_t begin, ptrdiff_t end
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (screw_stride) FN(load_rows)(screw_in, screw_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (screw_stride) FN(load_tail)(screw_in, screw_rows + i * 6, 6, rows);
     }
     FN(cga3d_screw_of_row_numbers6)(out, screw_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }

@@ -1089,12 +1089,14 @@ static void FN(cga3d_normalise_vector_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_normalise_vector)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1118,12 +1120,14 @@ static void FN(cga3d_normalise_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, v
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_normalise_bivector)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1147,12 +1151,14 @@ static void FN(cga3d_normalise_trivector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
     FN(cga3d_normalise_trivector)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1176,12 +1182,14 @@ static void FN(cga3d_normalise_quadvector_batch)(ptrdiff_t begin, ptrdiff_t end,
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_normalise_quadvector)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1205,12 +1213,14 @@ static void FN(cga3d_normalise_even_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
     }
     FN(cga3d_normalise_even)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -1234,12 +1244,14 @@ static void FN(cga3d_normalise_multivector_batch)(ptrdiff_t begin, ptrdiff_t end
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 32, 32);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 32, 32, rows);
     }
     FN(cga3d_normalise_multivector)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 32, out, 32);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 32, out, 32);
     } else {
       FN(store_tail)(out_rows + i * 32, out, 32, rows);
     }
@@ -1263,12 +1275,14 @@ static void FN(cga3d_normalise_any_line_batch)(ptrdiff_t begin, ptrdiff_t end, v
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(cga3d_normalise_any_line)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1292,12 +1306,14 @@ static void FN(cga3d_normalise_flat_any_motor_batch)(ptrdiff_t begin, ptrdiff_t 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
     }
     FN(cga3d_normalise_flat_any_motor)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1321,12 +1337,14 @@ static void FN(cga3d_normalise_flat_any_rotor_batch)(ptrdiff_t begin, ptrdiff_t 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga3d_normalise_flat_any_rotor)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1350,12 +1368,14 @@ static void FN(cga3d_normalise_flat_any_line_batch)(ptrdiff_t begin, ptrdiff_t e
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(cga3d_normalise_flat_any_line)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1379,12 +1399,14 @@ static void FN(cga3d_normalise_flat_any_plane_batch)(ptrdiff_t begin, ptrdiff_t 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(cga3d_normalise_flat_any_plane)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1408,12 +1430,14 @@ static void FN(cga3d_normalise_flat_any_sphere_batch)(ptrdiff_t begin, ptrdiff_t
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
     FN(cga3d_normalise_flat_any_sphere)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1442,13 +1466,15 @@ static void FN(cga3d_reflect_point_plane_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
     }
     FN(cga3d_reflect_point_plane)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1477,13 +1503,15 @@ static void FN(cga3d_reflect_line_plane_batch)(ptrdiff_t begin, ptrdiff_t end, v
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
     }
     FN(cga3d_reflect_line_plane)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1512,13 +1540,15 @@ static void FN(cga3d_reflect_circle_plane_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
     }
     FN(cga3d_reflect_circle_plane)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1547,13 +1577,15 @@ static void FN(cga3d_reflect_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
     }
     FN(cga3d_reflect_plane_plane)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1582,13 +1614,15 @@ static void FN(cga3d_reflect_sphere_plane_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
     }
     FN(cga3d_reflect_sphere_plane)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1617,13 +1651,15 @@ static void FN(cga3d_reflect_point_pair_plane_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
     }
     FN(cga3d_reflect_point_pair_plane)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1652,13 +1688,15 @@ static void FN(cga3d_reflect_point_sphere_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
     }
     FN(cga3d_reflect_point_sphere)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1687,13 +1725,15 @@ static void FN(cga3d_reflect_line_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
     }
     FN(cga3d_reflect_line_sphere)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1722,13 +1762,15 @@ static void FN(cga3d_reflect_circle_sphere_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
     }
     FN(cga3d_reflect_circle_sphere)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 10, out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1757,13 +1799,15 @@ static void FN(cga3d_reflect_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
     }
     FN(cga3d_reflect_sphere_sphere)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1792,13 +1836,15 @@ static void FN(cga3d_reflect_plane_sphere_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
     }
     FN(cga3d_reflect_plane_sphere)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1827,13 +1873,15 @@ static void FN(cga3d_reflect_point_line_batch)(ptrdiff_t begin, ptrdiff_t end, v
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 6, 6, rows);
     }
     FN(cga3d_reflect_point_line)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 5, out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }

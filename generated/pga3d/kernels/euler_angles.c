@@ -123,7 +123,7 @@ static void FN(pga3d_euler_pose_numbers3_euclidean_euclidean_euclidean_euclidean
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
       if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (angles_stride) FN(load_tail)(angles_in, angles_rows + i * 3, 3, rows);
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
@@ -133,6 +133,8 @@ static void FN(pga3d_euler_pose_numbers3_euclidean_euclidean_euclidean_euclidean
     FN(pga3d_euler_pose_numbers3_euclidean_euclidean_euclidean_euclidean)(out, status, angles_in, a_in, b_in, c_in, position_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }

@@ -128,13 +128,15 @@ static void FN(pga3d_twist_between_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (target_stride) FN(load_rows)(target_in, target_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (target_stride) FN(load_tail)(target_in, target_rows + i * 8, 8, rows);
     }
     FN(pga3d_twist_between_motor_motor)(out, r_in, target_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }

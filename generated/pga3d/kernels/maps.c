@@ -518,12 +518,14 @@ static void FN(pga3d_exponential_motor_twist_batch)(ptrdiff_t begin, ptrdiff_t e
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
     }
     FN(pga3d_exponential_motor_twist)(out, phi_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -551,13 +553,15 @@ static void FN(pga3d_exponential_rate_world_twist_twist_batch)(ptrdiff_t begin, 
     if (rows == W) {
       if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
       if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
       if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
     }
     FN(pga3d_exponential_rate_world_twist_twist)(out, status, phi_in, omega_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -586,13 +590,15 @@ static void FN(pga3d_exponential_rate_body_twist_twist_batch)(ptrdiff_t begin, p
     if (rows == W) {
       if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
       if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
       if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
     }
     FN(pga3d_exponential_rate_body_twist_twist)(out, status, phi_in, omega_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -614,12 +620,14 @@ static void FN(pga3d_bortz_motor_twist_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
     }
     FN(pga3d_bortz_motor_twist)(out, phi_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -647,13 +655,15 @@ static void FN(pga3d_bortz_rate_world_twist_twist_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
       if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
       if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
     }
     FN(pga3d_bortz_rate_world_twist_twist)(out, status, phi_in, omega_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -682,13 +692,15 @@ static void FN(pga3d_bortz_rate_body_twist_twist_batch)(ptrdiff_t begin, ptrdiff
     if (rows == W) {
       if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
       if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
       if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
     }
     FN(pga3d_bortz_rate_body_twist_twist)(out, status, phi_in, omega_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -710,12 +722,14 @@ static void FN(pga3d_cayley_motor_twist_batch)(ptrdiff_t begin, ptrdiff_t end, v
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
     }
     FN(pga3d_cayley_motor_twist)(out, phi_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -741,13 +755,15 @@ static void FN(pga3d_cayley_rate_world_twist_twist_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
       if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
       if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
     }
     FN(pga3d_cayley_rate_world_twist_twist)(out, phi_in, omega_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -773,13 +789,15 @@ static void FN(pga3d_cayley_rate_body_twist_twist_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
       if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
       if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
     }
     FN(pga3d_cayley_rate_body_twist_twist)(out, phi_in, omega_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -800,12 +818,14 @@ static void FN(pga3d_outer_motor_twist_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
     }
     FN(pga3d_outer_motor_twist)(out, phi_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -831,13 +851,15 @@ static void FN(pga3d_outer_rate_world_twist_twist_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
       if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
       if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
     }
     FN(pga3d_outer_rate_world_twist_twist)(out, phi_in, omega_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -863,13 +885,15 @@ static void FN(pga3d_outer_rate_body_twist_twist_batch)(ptrdiff_t begin, ptrdiff
     if (rows == W) {
       if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
       if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
       if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
     }
     FN(pga3d_outer_rate_body_twist_twist)(out, phi_in, omega_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }

@@ -185,13 +185,15 @@ static void FN(pga3d_screw_of_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       if (first_stride) FN(load_rows)(first_in, first_rows + i * 3, 3);
       if (second_stride) FN(load_rows)(second_in, second_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (first_stride) FN(load_tail)(first_in, first_rows + i * 3, 3, rows);
       if (second_stride) FN(load_tail)(second_in, second_rows + i * 3, 3, rows);
     }
     FN(pga3d_screw_of_euclidean_euclidean)(out, first_in, second_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -214,13 +216,16 @@ static void FN(pga3d_screw_vectors_twist_batch)(ptrdiff_t begin, ptrdiff_t end, 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (screw_stride) FN(load_rows)(screw_in, screw_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (screw_stride) FN(load_tail)(screw_in, screw_rows + i * 6, 6, rows);
     }
     FN(pga3d_screw_vectors_twist)(first, second, screw_in);
     if (rows == W) {
       FN(store_rows)(first_rows + i * 3, first, 3);
       FN(store_rows)(second_rows + i * 3, second, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(first_rows + i * 3, first, 3);
+      FN(store_lane)(second_rows + i * 3, second, 3);
     } else {
       FN(store_tail)(first_rows + i * 3, first, 3, rows);
       FN(store_tail)(second_rows + i * 3, second, 3, rows);
@@ -247,13 +252,15 @@ static void FN(pga3d_wrench_at_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       if (force_stride) FN(load_rows)(force_in, force_rows + i * 3, 3);
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (force_stride) FN(load_tail)(force_in, force_rows + i * 3, 3, rows);
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
     }
     FN(pga3d_wrench_at_euclidean_euclidean)(out, force_in, position_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -279,13 +286,15 @@ static void FN(pga3d_velocity_at_twist_euclidean_batch)(ptrdiff_t begin, ptrdiff
     if (rows == W) {
       if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
     }
     FN(pga3d_velocity_at_twist_euclidean)(out, omega_in, position_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -311,13 +320,15 @@ static void FN(pga3d_power_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     if (rows == W) {
       if (twist_stride) FN(load_rows)(twist_in, twist_rows + i * 6, 6);
       if (wrench_stride) FN(load_rows)(wrench_in, wrench_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (twist_stride) FN(load_tail)(twist_in, twist_rows + i * 6, 6, rows);
       if (wrench_stride) FN(load_tail)(wrench_in, wrench_rows + i * 6, 6, rows);
     }
     FN(pga3d_power_twist_twist)(out, twist_in, wrench_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -353,7 +364,7 @@ static void FN(pga3d_momentum_in_motor_number_euclidean_twist_batch)(ptrdiff_t b
       if (mass_stride) FN(load_rows)(mass_in, mass_rows + i * 1, 1);
       if (moments_stride) FN(load_rows)(moments_in, moments_rows + i * 3, 3);
       if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (frame_stride) FN(load_tail)(frame_in, frame_rows + i * 8, 8, rows);
       if (mass_stride) FN(load_tail)(mass_in, mass_rows + i * 1, 1, rows);
       if (moments_stride) FN(load_tail)(moments_in, moments_rows + i * 3, 3, rows);
@@ -362,6 +373,8 @@ static void FN(pga3d_momentum_in_motor_number_euclidean_twist_batch)(ptrdiff_t b
     FN(pga3d_momentum_in_motor_number_euclidean_twist)(out, frame_in, mass_in, moments_in, omega_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -382,12 +395,14 @@ static void FN(pga3d_covector_of_twist_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (wrench_stride) FN(load_rows)(wrench_in, wrench_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (wrench_stride) FN(load_tail)(wrench_in, wrench_rows + i * 6, 6, rows);
     }
     FN(pga3d_covector_of_twist)(covector, wrench_in);
     if (rows == W) {
       FN(store_rows)(covector_rows + i * 6, covector, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(covector_rows + i * 6, covector, 6);
     } else {
       FN(store_tail)(covector_rows + i * 6, covector, 6, rows);
     }

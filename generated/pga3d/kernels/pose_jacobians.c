@@ -419,12 +419,14 @@ static void FN(pga3d_left_jacobian_matrix_numbers6_batch)(ptrdiff_t begin, ptrdi
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (twist_stride) FN(load_rows)(twist_in, twist_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (twist_stride) FN(load_tail)(twist_in, twist_rows + i * 6, 6, rows);
     }
     FN(pga3d_left_jacobian_matrix_numbers6)(matrix, twist_in);
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 36, matrix, 36);
+    } else if (rows == 1) {
+      FN(store_lane)(matrix_rows + i * 36, matrix, 36);
     } else {
       FN(store_tail)(matrix_rows + i * 36, matrix, 36, rows);
     }
@@ -445,12 +447,14 @@ static void FN(pga3d_right_jacobian_matrix_numbers6_batch)(ptrdiff_t begin, ptrd
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (twist_stride) FN(load_rows)(twist_in, twist_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (twist_stride) FN(load_tail)(twist_in, twist_rows + i * 6, 6, rows);
     }
     FN(pga3d_right_jacobian_matrix_numbers6)(matrix, twist_in);
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 36, matrix, 36);
+    } else if (rows == 1) {
+      FN(store_lane)(matrix_rows + i * 36, matrix, 36);
     } else {
       FN(store_tail)(matrix_rows + i * 36, matrix, 36, rows);
     }
@@ -473,12 +477,14 @@ static void FN(pga3d_inverse_left_jacobian_matrix_numbers6_batch)(ptrdiff_t begi
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (twist_stride) FN(load_rows)(twist_in, twist_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (twist_stride) FN(load_tail)(twist_in, twist_rows + i * 6, 6, rows);
     }
     FN(pga3d_inverse_left_jacobian_matrix_numbers6)(matrix, status, twist_in);
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 36, matrix, 36);
+    } else if (rows == 1) {
+      FN(store_lane)(matrix_rows + i * 36, matrix, 36);
     } else {
       FN(store_tail)(matrix_rows + i * 36, matrix, 36, rows);
     }
@@ -502,12 +508,14 @@ static void FN(pga3d_inverse_right_jacobian_matrix_numbers6_batch)(ptrdiff_t beg
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (twist_stride) FN(load_rows)(twist_in, twist_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (twist_stride) FN(load_tail)(twist_in, twist_rows + i * 6, 6, rows);
     }
     FN(pga3d_inverse_right_jacobian_matrix_numbers6)(matrix, status, twist_in);
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 36, matrix, 36);
+    } else if (rows == 1) {
+      FN(store_lane)(matrix_rows + i * 36, matrix, 36);
     } else {
       FN(store_tail)(matrix_rows + i * 36, matrix, 36, rows);
     }

@@ -254,12 +254,14 @@ static void FN(pga3d_exp_pose_numbers6_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (twist_stride) FN(load_rows)(twist_in, twist_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (twist_stride) FN(load_tail)(twist_in, twist_rows + i * 6, 6, rows);
     }
     FN(pga3d_exp_pose_numbers6)(out, status, twist_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -283,12 +285,14 @@ static void FN(pga3d_log_pose_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
     }
     FN(pga3d_log_pose_motor)(twist, status, x_in);
     if (rows == W) {
       FN(store_rows)(twist_rows + i * 6, twist, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(twist_rows + i * 6, twist, 6);
     } else {
       FN(store_tail)(twist_rows + i * 6, twist, 6, rows);
     }
@@ -310,12 +314,14 @@ static void FN(pga3d_adjoint_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end,
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
     }
     FN(pga3d_adjoint_matrix_motor)(matrix, x_in);
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 36, matrix, 36);
+    } else if (rows == 1) {
+      FN(store_lane)(matrix_rows + i * 36, matrix, 36);
     } else {
       FN(store_tail)(matrix_rows + i * 36, matrix, 36, rows);
     }

@@ -592,7 +592,7 @@ static void FN(pga3d_screw_path_motor_motor_number_batch)(ptrdiff_t begin, ptrdi
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
       if (t_stride) FN(load_rows)(t_in, t_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
       if (t_stride) FN(load_tail)(t_in, t_rows + i * 1, 1, rows);
@@ -600,6 +600,8 @@ static void FN(pga3d_screw_path_motor_motor_number_batch)(ptrdiff_t begin, ptrdi
     FN(pga3d_screw_path_motor_motor_number)(out, status, x_in, y_in, t_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -628,13 +630,15 @@ static void FN(pga3d_relative_twist_motor_motor_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
     }
     FN(pga3d_relative_twist_motor_motor)(twist, status, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(twist_rows + i * 6, twist, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(twist_rows + i * 6, twist, 6);
     } else {
       FN(store_tail)(twist_rows + i * 6, twist, 6, rows);
     }
@@ -661,13 +665,15 @@ static void FN(pga3d_moved_by_motor_numbers6_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
       if (twist_stride) FN(load_rows)(twist_in, twist_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
       if (twist_stride) FN(load_tail)(twist_in, twist_rows + i * 6, 6, rows);
     }
     FN(pga3d_moved_by_motor_numbers6)(out, x_in, twist_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -700,7 +706,7 @@ static void FN(pga3d_piece_pose_motor_numbers30_number_batch)(ptrdiff_t begin, p
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
       if (c_stride) FN(load_rows)(c_in, c_rows + i * 30, 30);
       if (u_stride) FN(load_rows)(u_in, u_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
       if (c_stride) FN(load_tail)(c_in, c_rows + i * 30, 30, rows);
       if (u_stride) FN(load_tail)(u_in, u_rows + i * 1, 1, rows);
@@ -708,6 +714,8 @@ static void FN(pga3d_piece_pose_motor_numbers30_number_batch)(ptrdiff_t begin, p
     FN(pga3d_piece_pose_motor_numbers30_number)(out, status, x_in, c_in, u_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -739,7 +747,7 @@ static void FN(pga3d_piece_twist_numbers30_number_number_batch)(ptrdiff_t begin,
       if (c_stride) FN(load_rows)(c_in, c_rows + i * 30, 30);
       if (u_stride) FN(load_rows)(u_in, u_rows + i * 1, 1);
       if (length_stride) FN(load_rows)(length_in, length_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (c_stride) FN(load_tail)(c_in, c_rows + i * 30, 30, rows);
       if (u_stride) FN(load_tail)(u_in, u_rows + i * 1, 1, rows);
       if (length_stride) FN(load_tail)(length_in, length_rows + i * 1, 1, rows);
@@ -747,6 +755,8 @@ static void FN(pga3d_piece_twist_numbers30_number_number_batch)(ptrdiff_t begin,
     FN(pga3d_piece_twist_numbers30_number_number)(twist, c_in, u_in, length_in);
     if (rows == W) {
       FN(store_rows)(twist_rows + i * 6, twist, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(twist_rows + i * 6, twist, 6);
     } else {
       FN(store_tail)(twist_rows + i * 6, twist, 6, rows);
     }

@@ -482,13 +482,15 @@ static void FN(pga3d_pose_of_quaternion_numbers4_euclidean_batch)(ptrdiff_t begi
     if (rows == W) {
       if (q_stride) FN(load_rows)(q_in, q_rows + i * 4, 4);
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (q_stride) FN(load_tail)(q_in, q_rows + i * 4, 4, rows);
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
     }
     FN(pga3d_pose_of_quaternion_numbers4_euclidean)(out, status, q_in, position_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -510,12 +512,14 @@ static void FN(pga3d_quaternion_motor_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
     }
     FN(pga3d_quaternion_motor)(quaternion, x_in);
     if (rows == W) {
       FN(store_rows)(quaternion_rows + i * 4, quaternion, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(quaternion_rows + i * 4, quaternion, 4);
     } else {
       FN(store_tail)(quaternion_rows + i * 4, quaternion, 4, rows);
     }
@@ -538,12 +542,14 @@ static void FN(pga3d_pose_of_matrix_numbers12_batch)(ptrdiff_t begin, ptrdiff_t 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (m_stride) FN(load_rows)(m_in, m_rows + i * 12, 12);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (m_stride) FN(load_tail)(m_in, m_rows + i * 12, 12, rows);
     }
     FN(pga3d_pose_of_matrix_numbers12)(out, status, m_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -572,13 +578,15 @@ static void FN(pga3d_pose_of_rotation_vector_euclidean_euclidean_batch)(ptrdiff_
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 3, 3);
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 3, 3, rows);
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
     }
     FN(pga3d_pose_of_rotation_vector_euclidean_euclidean)(out, status, r_in, position_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -602,12 +610,14 @@ static void FN(pga3d_rotation_vector_motor_batch)(ptrdiff_t begin, ptrdiff_t end
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
     }
     FN(pga3d_rotation_vector_motor)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -636,13 +646,15 @@ static void FN(pga3d_composed_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
     }
     FN(pga3d_composed_motor_motor)(out, status, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -664,12 +676,14 @@ static void FN(pga3d_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *c
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
     }
     FN(pga3d_matrix_motor)(matrix, x_in);
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 16, matrix, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(matrix_rows + i * 16, matrix, 16);
     } else {
       FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
     }
@@ -690,12 +704,14 @@ static void FN(pga3d_position_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
     }
     FN(pga3d_position_motor)(out, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -721,13 +737,15 @@ static void FN(pga3d_moved_motor_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
       if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
       if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
     }
     FN(pga3d_moved_motor_euclidean)(out, x_in, point_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }

@@ -895,13 +895,15 @@ static void FN(pga3d_geometric_multivector_multivector_batch)(ptrdiff_t begin, p
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
     }
     FN(pga3d_geometric_multivector_multivector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -927,13 +929,15 @@ static void FN(pga3d_geometric_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
     }
     FN(pga3d_geometric_motor_motor)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -959,13 +963,15 @@ static void FN(pga3d_geometric_rotor_rotor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(pga3d_geometric_rotor_rotor)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -991,13 +997,15 @@ static void FN(pga3d_geometric_even_even_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
     }
     FN(pga3d_geometric_even_even)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1023,13 +1031,15 @@ static void FN(pga3d_geometric_translator_rotor_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(pga3d_geometric_translator_rotor)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1055,13 +1065,15 @@ static void FN(pga3d_geometric_rotor_translator_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(pga3d_geometric_rotor_translator)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1087,13 +1099,15 @@ static void FN(pga3d_geometric_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
     }
     FN(pga3d_geometric_motor_any_motor)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1119,13 +1133,15 @@ static void FN(pga3d_outer_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
     }
     FN(pga3d_outer_multivector_multivector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -1151,13 +1167,15 @@ static void FN(pga3d_outer_vector_vector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(pga3d_outer_vector_vector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1183,13 +1201,15 @@ static void FN(pga3d_outer_bivector_vector_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(pga3d_outer_bivector_vector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1215,13 +1235,15 @@ static void FN(pga3d_outer_plane_line_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
     }
     FN(pga3d_outer_plane_line)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1247,13 +1269,15 @@ static void FN(pga3d_outer_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
     }
     FN(pga3d_outer_line_line)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1279,13 +1303,15 @@ static void FN(pga3d_inner_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
     }
     FN(pga3d_inner_multivector_multivector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 14, out, 14);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 14, out, 14);
     } else {
       FN(store_tail)(out_rows + i * 14, out, 14, rows);
     }
@@ -1311,13 +1337,15 @@ static void FN(pga3d_regressive_point_point_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(pga3d_regressive_point_point)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1343,13 +1371,15 @@ static void FN(pga3d_regressive_trivector_trivector_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(pga3d_regressive_trivector_trivector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1375,13 +1405,15 @@ static void FN(pga3d_regressive_line_point_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(pga3d_regressive_line_point)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1407,13 +1439,15 @@ static void FN(pga3d_regressive_bivector_trivector_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     }
     FN(pga3d_regressive_bivector_trivector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1439,13 +1473,15 @@ static void FN(pga3d_regressive_multivector_multivector_batch)(ptrdiff_t begin, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
     }
     FN(pga3d_regressive_multivector_multivector)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -1471,13 +1507,15 @@ static void FN(pga3d_regressive_point_line_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
     }
     FN(pga3d_regressive_point_line)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1503,13 +1541,15 @@ static void FN(pga3d_regressive_point_direction_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
     }
     FN(pga3d_regressive_point_direction)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1535,13 +1575,15 @@ static void FN(pga3d_regressive_line_line_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
     }
     FN(pga3d_regressive_line_line)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 1, out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1567,13 +1609,15 @@ static void FN(pga3d_sandwich_motor_point_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(pga3d_sandwich_motor_point)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1599,13 +1643,15 @@ static void FN(pga3d_sandwich_motor_any_point_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(pga3d_sandwich_motor_any_point)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1631,13 +1677,15 @@ static void FN(pga3d_sandwich_motor_direction_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
     }
     FN(pga3d_sandwich_motor_direction)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1663,13 +1711,15 @@ static void FN(pga3d_sandwich_motor_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(pga3d_sandwich_motor_line)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1695,13 +1745,15 @@ static void FN(pga3d_sandwich_motor_any_line_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(pga3d_sandwich_motor_any_line)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1727,13 +1779,15 @@ static void FN(pga3d_sandwich_motor_plane_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(pga3d_sandwich_motor_plane)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1759,13 +1813,15 @@ static void FN(pga3d_sandwich_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
     }
     FN(pga3d_sandwich_motor_motor)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1791,13 +1847,15 @@ static void FN(pga3d_sandwich_rotor_point_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(pga3d_sandwich_rotor_point)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1823,13 +1881,15 @@ static void FN(pga3d_sandwich_translator_point_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(pga3d_sandwich_translator_point)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1855,13 +1915,15 @@ static void FN(pga3d_commutator_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
     }
     FN(pga3d_commutator_twist_twist)(out, x_in, y_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }

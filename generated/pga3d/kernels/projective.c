@@ -297,12 +297,14 @@ static void FN(pga3d_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
     }
     FN(pga3d_point_euclidean)(out, position_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -323,12 +325,14 @@ static void FN(pga3d_direction_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (vector_stride) FN(load_rows)(vector_in, vector_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (vector_stride) FN(load_tail)(vector_in, vector_rows + i * 3, 3, rows);
     }
     FN(pga3d_direction_euclidean)(out, vector_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 3, out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -356,13 +360,15 @@ static void FN(pga3d_line_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
       if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
       if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 3, 3, rows);
     }
     FN(pga3d_line_euclidean_euclidean)(out, status, point_in, direction_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -391,13 +397,15 @@ static void FN(pga3d_line_through_euclidean_euclidean_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
     }
     FN(pga3d_line_through_euclidean_euclidean)(out, status, a_in, b_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -426,13 +434,15 @@ static void FN(pga3d_plane_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
       if (offset_stride) FN(load_rows)(offset_in, offset_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
       if (offset_stride) FN(load_tail)(offset_in, offset_rows + i * 1, 1, rows);
     }
     FN(pga3d_plane_euclidean_number)(out, status, normal_in, offset_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -466,7 +476,7 @@ static void FN(pga3d_plane_through_euclidean_euclidean_euclidean_batch)(ptrdiff_
       if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
       if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
       if (c_stride) FN(load_tail)(c_in, c_rows + i * 3, 3, rows);
@@ -474,6 +484,8 @@ static void FN(pga3d_plane_through_euclidean_euclidean_euclidean_batch)(ptrdiff_
     FN(pga3d_plane_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -497,12 +509,14 @@ static void FN(pga3d_point_parameters_point_batch)(ptrdiff_t begin, ptrdiff_t en
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(pga3d_point_parameters_point)(position, status, x_in);
     if (rows == W) {
       FN(store_rows)(position_rows + i * 3, position, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(position_rows + i * 3, position, 3);
     } else {
       FN(store_tail)(position_rows + i * 3, position, 3, rows);
     }
@@ -526,12 +540,14 @@ static void FN(pga3d_point_parameters_any_point_batch)(ptrdiff_t begin, ptrdiff_
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(pga3d_point_parameters_any_point)(position, status, x_in);
     if (rows == W) {
       FN(store_rows)(position_rows + i * 3, position, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(position_rows + i * 3, position, 3);
     } else {
       FN(store_tail)(position_rows + i * 3, position, 3, rows);
     }
@@ -553,12 +569,14 @@ static void FN(pga3d_direction_parameters_direction_batch)(ptrdiff_t begin, ptrd
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
     }
     FN(pga3d_direction_parameters_direction)(vector, x_in);
     if (rows == W) {
       FN(store_rows)(vector_rows + i * 3, vector, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(vector_rows + i * 3, vector, 3);
     } else {
       FN(store_tail)(vector_rows + i * 3, vector, 3, rows);
     }
@@ -581,13 +599,16 @@ static void FN(pga3d_line_parameters_line_batch)(ptrdiff_t begin, ptrdiff_t end,
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(pga3d_line_parameters_line)(point, direction, x_in);
     if (rows == W) {
       FN(store_rows)(point_rows + i * 3, point, 3);
       FN(store_rows)(direction_rows + i * 3, direction, 3);
+    } else if (rows == 1) {
+      FN(store_lane)(point_rows + i * 3, point, 3);
+      FN(store_lane)(direction_rows + i * 3, direction, 3);
     } else {
       FN(store_tail)(point_rows + i * 3, point, 3, rows);
       FN(store_tail)(direction_rows + i * 3, direction, 3, rows);
@@ -611,13 +632,16 @@ static void FN(pga3d_plane_parameters_plane_batch)(ptrdiff_t begin, ptrdiff_t en
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(pga3d_plane_parameters_plane)(normal, offset, x_in);
     if (rows == W) {
       FN(store_rows)(normal_rows + i * 3, normal, 3);
       FN(store_rows)(offset_rows + i * 1, offset, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(normal_rows + i * 3, normal, 3);
+      FN(store_lane)(offset_rows + i * 1, offset, 1);
     } else {
       FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
       FN(store_tail)(offset_rows + i * 1, offset, 1, rows);

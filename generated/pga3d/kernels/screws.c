@@ -320,7 +320,7 @@ static void FN(pga3d_screw_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *co
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (s_stride) FN(load_rows)(s_in, s_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (s_stride) FN(load_tail)(s_in, s_rows + i * 6, 6, rows);
     }
     FN(pga3d_screw_twist)(axis, pitch, magnitude, status, s_in);
@@ -328,6 +328,10 @@ static void FN(pga3d_screw_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *co
       FN(store_rows)(axis_rows + i * 6, axis, 6);
       FN(store_rows)(pitch_rows + i * 1, pitch, 1);
       FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(axis_rows + i * 6, axis, 6);
+      FN(store_lane)(pitch_rows + i * 1, pitch, 1);
+      FN(store_lane)(magnitude_rows + i * 1, magnitude, 1);
     } else {
       FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
       FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
@@ -369,7 +373,7 @@ static void FN(pga3d_screw_of_lines_line_line_number_batch)(ptrdiff_t begin, ptr
       if (l1_stride) FN(load_rows)(l1_in, l1_rows + i * 6, 6);
       if (l2_stride) FN(load_rows)(l2_in, l2_rows + i * 6, 6);
       if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (l1_stride) FN(load_tail)(l1_in, l1_rows + i * 6, 6, rows);
       if (l2_stride) FN(load_tail)(l2_in, l2_rows + i * 6, 6, rows);
       if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
@@ -380,6 +384,11 @@ static void FN(pga3d_screw_of_lines_line_line_number_batch)(ptrdiff_t begin, ptr
       FN(store_rows)(pitch_rows + i * 1, pitch, 1);
       FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
       FN(store_rows)(fraction_rows + i * 1, fraction, 1);
+    } else if (rows == 1) {
+      FN(store_lane)(axis_rows + i * 6, axis, 6);
+      FN(store_lane)(pitch_rows + i * 1, pitch, 1);
+      FN(store_lane)(magnitude_rows + i * 1, magnitude, 1);
+      FN(store_lane)(fraction_rows + i * 1, fraction, 1);
     } else {
       FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
       FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
@@ -414,7 +423,7 @@ static void FN(pga3d_screw_bivector_line_number_number_batch)(ptrdiff_t begin, p
       if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
       if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
       if (magnitude_stride) FN(load_rows)(magnitude_in, magnitude_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
       if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
       if (magnitude_stride) FN(load_tail)(magnitude_in, magnitude_rows + i * 1, 1, rows);
@@ -422,6 +431,8 @@ static void FN(pga3d_screw_bivector_line_number_number_batch)(ptrdiff_t begin, p
     FN(pga3d_screw_bivector_line_number_number)(out, axis_in, pitch_in, magnitude_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -452,7 +463,7 @@ static void FN(pga3d_screw_motor_line_number_number_batch)(ptrdiff_t begin, ptrd
       if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
       if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
       if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
       if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
       if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
@@ -460,6 +471,8 @@ static void FN(pga3d_screw_motor_line_number_number_batch)(ptrdiff_t begin, ptrd
     FN(pga3d_screw_motor_line_number_number)(out, axis_in, angle_in, pitch_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }

@@ -520,12 +520,14 @@ static void FN(pga3d_normalise_vector_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(pga3d_normalise_vector)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -549,12 +551,14 @@ static void FN(pga3d_normalise_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, v
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(pga3d_normalise_bivector)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -578,12 +582,14 @@ static void FN(pga3d_normalise_trivector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(pga3d_normalise_trivector)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -607,12 +613,14 @@ static void FN(pga3d_normalise_even_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
     }
     FN(pga3d_normalise_even)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -636,12 +644,14 @@ static void FN(pga3d_normalise_multivector_batch)(ptrdiff_t begin, ptrdiff_t end
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
     }
     FN(pga3d_normalise_multivector)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 16, out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -665,12 +675,14 @@ static void FN(pga3d_normalise_flat_any_motor_batch)(ptrdiff_t begin, ptrdiff_t 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
     }
     FN(pga3d_normalise_flat_any_motor)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 8, out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -694,12 +706,14 @@ static void FN(pga3d_normalise_flat_any_rotor_batch)(ptrdiff_t begin, ptrdiff_t 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(pga3d_normalise_flat_any_rotor)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -723,12 +737,14 @@ static void FN(pga3d_normalise_flat_any_line_batch)(ptrdiff_t begin, ptrdiff_t e
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
     }
     FN(pga3d_normalise_flat_any_line)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -752,12 +768,14 @@ static void FN(pga3d_normalise_flat_any_plane_batch)(ptrdiff_t begin, ptrdiff_t 
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
     }
     FN(pga3d_normalise_flat_any_plane)(out, status, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -786,13 +804,15 @@ static void FN(pga3d_reflect_point_plane_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
     }
     FN(pga3d_reflect_point_plane)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -821,13 +841,15 @@ static void FN(pga3d_reflect_line_plane_batch)(ptrdiff_t begin, ptrdiff_t end, v
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
     }
     FN(pga3d_reflect_line_plane)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 6, out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -856,13 +878,15 @@ static void FN(pga3d_reflect_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
     }
     FN(pga3d_reflect_plane_plane)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -891,13 +915,15 @@ static void FN(pga3d_reflect_point_line_batch)(ptrdiff_t begin, ptrdiff_t end, v
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 6, 6);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 6, 6, rows);
     }
     FN(pga3d_reflect_point_line)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -926,13 +952,15 @@ static void FN(pga3d_reflect_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
       if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
-    } else {
+    } else if (rows > 1 || i) { /* of a single item all lanes have it */
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
       if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
     }
     FN(pga3d_reflect_point_point)(out, status, x_in, mirror_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
+    } else if (rows == 1) {
+      FN(store_lane)(out_rows + i * 4, out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
