@@ -160,7 +160,7 @@ static void FN(cga2d_invariants_vector_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     if (rows == W) {
       FN(store_rows)(invariants_rows + i * 8, invariants, 8);
     } else if (rows == 1) {
-      FN(store_lane)(invariants_rows + i * 8, invariants, 8);
+      FN(store_lane)(&invariants_rows[i * 8], invariants, 8);
     } else {
       FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
     }
@@ -188,7 +188,7 @@ static void FN(cga2d_invariants_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(invariants_rows + i * 8, invariants, 8);
     } else if (rows == 1) {
-      FN(store_lane)(invariants_rows + i * 8, invariants, 8);
+      FN(store_lane)(&invariants_rows[i * 8], invariants, 8);
     } else {
       FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
     }
@@ -216,7 +216,7 @@ static void FN(cga2d_invariants_trivector_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(invariants_rows + i * 8, invariants, 8);
     } else if (rows == 1) {
-      FN(store_lane)(invariants_rows + i * 8, invariants, 8);
+      FN(store_lane)(&invariants_rows[i * 8], invariants, 8);
     } else {
       FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
     }

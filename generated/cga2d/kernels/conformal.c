@@ -307,7 +307,7 @@ static void FN(cga2d_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -343,7 +343,7 @@ static void FN(cga2d_sphere_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -380,7 +380,7 @@ static void FN(cga2d_point_pair_euclidean_euclidean_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -417,7 +417,7 @@ static void FN(cga2d_line_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -454,7 +454,7 @@ static void FN(cga2d_line_through_euclidean_euclidean_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -497,7 +497,7 @@ static void FN(cga2d_circle_through_euclidean_euclidean_euclidean_batch)(ptrdiff
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -528,7 +528,7 @@ static void FN(cga2d_point_parameters_point_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(position_rows + i * 2, position, 2);
     } else if (rows == 1) {
-      FN(store_lane)(position_rows + i * 2, position, 2);
+      FN(store_lane)(&position_rows[i * 2], position, 2);
     } else {
       FN(store_tail)(position_rows + i * 2, position, 2, rows);
     }
@@ -565,9 +565,9 @@ static void FN(cga2d_sphere_parameters_circle_batch)(ptrdiff_t begin, ptrdiff_t 
       FN(store_rows)(radius_rows + i * 1, radius, 1);
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
     } else if (rows == 1) {
-      FN(store_lane)(center_rows + i * 2, center, 2);
-      FN(store_lane)(radius_rows + i * 1, radius, 1);
-      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
+      FN(store_lane)(&center_rows[i * 2], center, 2);
+      FN(store_lane)(&radius_rows[i * 1], radius, 1);
+      FN(store_lane)(&orientation_rows[i * 1], orientation, 1);
     } else {
       FN(store_tail)(center_rows + i * 2, center, 2, rows);
       FN(store_tail)(radius_rows + i * 1, radius, 1, rows);
@@ -603,8 +603,8 @@ static void FN(cga2d_point_pair_parameters_point_pair_batch)(ptrdiff_t begin, pt
       FN(store_rows)(a_rows + i * 2, a, 2);
       FN(store_rows)(b_rows + i * 2, b, 2);
     } else if (rows == 1) {
-      FN(store_lane)(a_rows + i * 2, a, 2);
-      FN(store_lane)(b_rows + i * 2, b, 2);
+      FN(store_lane)(&a_rows[i * 2], a, 2);
+      FN(store_lane)(&b_rows[i * 2], b, 2);
     } else {
       FN(store_tail)(a_rows + i * 2, a, 2, rows);
       FN(store_tail)(b_rows + i * 2, b, 2, rows);

@@ -73,7 +73,7 @@ static void FN(cga2d_translator_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -107,7 +107,7 @@ static void FN(cga2d_planar_rotor_number_euclidean_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -135,7 +135,7 @@ static void FN(cga2d_motor_to_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 9, matrix, 9);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 9, matrix, 9);
+      FN(store_lane)(&matrix_rows[i * 9], matrix, 9);
     } else {
       FN(store_tail)(matrix_rows + i * 9, matrix, 9, rows);
     }

@@ -436,7 +436,7 @@ static void FN(cga2d_geometric_multivector_multivector_batch)(ptrdiff_t begin, p
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 16, out, 16);
+      FN(store_lane)(&out_rows[i * 16], out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -470,7 +470,7 @@ static void FN(cga2d_geometric_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -504,7 +504,7 @@ static void FN(cga2d_outer_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 16, out, 16);
+      FN(store_lane)(&out_rows[i * 16], out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -538,7 +538,7 @@ static void FN(cga2d_outer_vector_vector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -572,7 +572,7 @@ static void FN(cga2d_outer_bivector_vector_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -606,7 +606,7 @@ static void FN(cga2d_inner_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 15, out, 15);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 15, out, 15);
+      FN(store_lane)(&out_rows[i * 15], out, 15);
     } else {
       FN(store_tail)(out_rows + i * 15, out, 15, rows);
     }
@@ -640,7 +640,7 @@ static void FN(cga2d_regressive_line_line_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -674,7 +674,7 @@ static void FN(cga2d_regressive_line_circle_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -708,7 +708,7 @@ static void FN(cga2d_regressive_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -742,7 +742,7 @@ static void FN(cga2d_sandwich_motor_point_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -776,7 +776,7 @@ static void FN(cga2d_sandwich_motor_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -810,7 +810,7 @@ static void FN(cga2d_sandwich_motor_circle_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -844,7 +844,7 @@ static void FN(cga2d_sandwich_motor_point_pair_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }

@@ -812,7 +812,7 @@ static void FN(cga3d_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -840,7 +840,7 @@ static void FN(cga3d_direction_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -868,7 +868,7 @@ static void FN(cga3d_flat_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -904,7 +904,7 @@ static void FN(cga3d_point_pair_euclidean_euclidean_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -941,7 +941,7 @@ static void FN(cga3d_line_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -978,7 +978,7 @@ static void FN(cga3d_line_through_euclidean_euclidean_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1021,7 +1021,7 @@ static void FN(cga3d_circle_euclidean_euclidean_number_batch)(ptrdiff_t begin, p
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1064,7 +1064,7 @@ static void FN(cga3d_circle_through_euclidean_euclidean_euclidean_batch)(ptrdiff
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1101,7 +1101,7 @@ static void FN(cga3d_plane_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1144,7 +1144,7 @@ static void FN(cga3d_plane_through_euclidean_euclidean_euclidean_batch)(ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1181,7 +1181,7 @@ static void FN(cga3d_sphere_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1230,7 +1230,7 @@ static void FN(cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean_batc
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1261,7 +1261,7 @@ static void FN(cga3d_dilator_number_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 2, out, 2);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 2, out, 2);
+      FN(store_lane)(&out_rows[i * 2], out, 2);
     } else {
       FN(store_tail)(out_rows + i * 2, out, 2, rows);
     }
@@ -1298,7 +1298,7 @@ static void FN(cga3d_homothety_number_euclidean_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1327,7 +1327,7 @@ static void FN(cga3d_transversor_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1357,7 +1357,7 @@ static void FN(cga3d_point_parameters_point_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(position_rows + i * 3, position, 3);
     } else if (rows == 1) {
-      FN(store_lane)(position_rows + i * 3, position, 3);
+      FN(store_lane)(&position_rows[i * 3], position, 3);
     } else {
       FN(store_tail)(position_rows + i * 3, position, 3, rows);
     }
@@ -1388,7 +1388,7 @@ static void FN(cga3d_point_parameters_any_point_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(position_rows + i * 3, position, 3);
     } else if (rows == 1) {
-      FN(store_lane)(position_rows + i * 3, position, 3);
+      FN(store_lane)(&position_rows[i * 3], position, 3);
     } else {
       FN(store_tail)(position_rows + i * 3, position, 3, rows);
     }
@@ -1417,7 +1417,7 @@ static void FN(cga3d_direction_parameters_direction_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       FN(store_rows)(vector_rows + i * 3, vector, 3);
     } else if (rows == 1) {
-      FN(store_lane)(vector_rows + i * 3, vector, 3);
+      FN(store_lane)(&vector_rows[i * 3], vector, 3);
     } else {
       FN(store_tail)(vector_rows + i * 3, vector, 3, rows);
     }
@@ -1447,7 +1447,7 @@ static void FN(cga3d_flat_point_parameters_flat_point_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       FN(store_rows)(position_rows + i * 3, position, 3);
     } else if (rows == 1) {
-      FN(store_lane)(position_rows + i * 3, position, 3);
+      FN(store_lane)(&position_rows[i * 3], position, 3);
     } else {
       FN(store_tail)(position_rows + i * 3, position, 3, rows);
     }
@@ -1481,8 +1481,8 @@ static void FN(cga3d_point_pair_parameters_point_pair_batch)(ptrdiff_t begin, pt
       FN(store_rows)(a_rows + i * 3, a, 3);
       FN(store_rows)(b_rows + i * 3, b, 3);
     } else if (rows == 1) {
-      FN(store_lane)(a_rows + i * 3, a, 3);
-      FN(store_lane)(b_rows + i * 3, b, 3);
+      FN(store_lane)(&a_rows[i * 3], a, 3);
+      FN(store_lane)(&b_rows[i * 3], b, 3);
     } else {
       FN(store_tail)(a_rows + i * 3, a, 3, rows);
       FN(store_tail)(b_rows + i * 3, b, 3, rows);
@@ -1515,8 +1515,8 @@ static void FN(cga3d_line_parameters_line_batch)(ptrdiff_t begin, ptrdiff_t end,
       FN(store_rows)(point_rows + i * 3, point, 3);
       FN(store_rows)(direction_rows + i * 3, direction, 3);
     } else if (rows == 1) {
-      FN(store_lane)(point_rows + i * 3, point, 3);
-      FN(store_lane)(direction_rows + i * 3, direction, 3);
+      FN(store_lane)(&point_rows[i * 3], point, 3);
+      FN(store_lane)(&direction_rows[i * 3], direction, 3);
     } else {
       FN(store_tail)(point_rows + i * 3, point, 3, rows);
       FN(store_tail)(direction_rows + i * 3, direction, 3, rows);
@@ -1553,9 +1553,9 @@ static void FN(cga3d_circle_parameters_circle_batch)(ptrdiff_t begin, ptrdiff_t 
       FN(store_rows)(normal_rows + i * 3, normal, 3);
       FN(store_rows)(radius_rows + i * 1, radius, 1);
     } else if (rows == 1) {
-      FN(store_lane)(center_rows + i * 3, center, 3);
-      FN(store_lane)(normal_rows + i * 3, normal, 3);
-      FN(store_lane)(radius_rows + i * 1, radius, 1);
+      FN(store_lane)(&center_rows[i * 3], center, 3);
+      FN(store_lane)(&normal_rows[i * 3], normal, 3);
+      FN(store_lane)(&radius_rows[i * 1], radius, 1);
     } else {
       FN(store_tail)(center_rows + i * 3, center, 3, rows);
       FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
@@ -1589,8 +1589,8 @@ static void FN(cga3d_plane_parameters_plane_batch)(ptrdiff_t begin, ptrdiff_t en
       FN(store_rows)(normal_rows + i * 3, normal, 3);
       FN(store_rows)(offset_rows + i * 1, offset, 1);
     } else if (rows == 1) {
-      FN(store_lane)(normal_rows + i * 3, normal, 3);
-      FN(store_lane)(offset_rows + i * 1, offset, 1);
+      FN(store_lane)(&normal_rows[i * 3], normal, 3);
+      FN(store_lane)(&offset_rows[i * 1], offset, 1);
     } else {
       FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
       FN(store_tail)(offset_rows + i * 1, offset, 1, rows);
@@ -1627,9 +1627,9 @@ static void FN(cga3d_sphere_parameters_sphere_batch)(ptrdiff_t begin, ptrdiff_t 
       FN(store_rows)(radius_rows + i * 1, radius, 1);
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
     } else if (rows == 1) {
-      FN(store_lane)(center_rows + i * 3, center, 3);
-      FN(store_lane)(radius_rows + i * 1, radius, 1);
-      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
+      FN(store_lane)(&center_rows[i * 3], center, 3);
+      FN(store_lane)(&radius_rows[i * 1], radius, 1);
+      FN(store_lane)(&orientation_rows[i * 1], orientation, 1);
     } else {
       FN(store_tail)(center_rows + i * 3, center, 3, rows);
       FN(store_tail)(radius_rows + i * 1, radius, 1, rows);

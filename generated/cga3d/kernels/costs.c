@@ -1431,7 +1431,7 @@ static void FN(cga3d_pair_cost_point_point_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1465,7 +1465,7 @@ static void FN(cga3d_pair_cost_point_pair_point_pair_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1499,7 +1499,7 @@ static void FN(cga3d_pair_cost_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1533,7 +1533,7 @@ static void FN(cga3d_pair_cost_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1567,7 +1567,7 @@ static void FN(cga3d_pair_cost_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1601,7 +1601,7 @@ static void FN(cga3d_pair_cost_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1635,7 +1635,7 @@ static void FN(cga3d_aligned_cost_point_point_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1669,7 +1669,7 @@ static void FN(cga3d_aligned_cost_point_pair_point_pair_batch)(ptrdiff_t begin, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1703,7 +1703,7 @@ static void FN(cga3d_aligned_cost_line_line_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1737,7 +1737,7 @@ static void FN(cga3d_aligned_cost_circle_circle_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1771,7 +1771,7 @@ static void FN(cga3d_aligned_cost_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1805,7 +1805,7 @@ static void FN(cga3d_aligned_cost_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1839,7 +1839,7 @@ static void FN(cga3d_pair_cost_thesis_point_point_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1873,7 +1873,7 @@ static void FN(cga3d_pair_cost_thesis_point_pair_point_pair_batch)(ptrdiff_t beg
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1907,7 +1907,7 @@ static void FN(cga3d_pair_cost_thesis_line_line_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1941,7 +1941,7 @@ static void FN(cga3d_pair_cost_thesis_circle_circle_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1975,7 +1975,7 @@ static void FN(cga3d_pair_cost_thesis_plane_plane_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2009,7 +2009,7 @@ static void FN(cga3d_pair_cost_thesis_sphere_sphere_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2043,7 +2043,7 @@ static void FN(cga3d_agreement_point_point_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2077,7 +2077,7 @@ static void FN(cga3d_agreement_point_pair_point_pair_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2111,7 +2111,7 @@ static void FN(cga3d_agreement_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2145,7 +2145,7 @@ static void FN(cga3d_agreement_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2179,7 +2179,7 @@ static void FN(cga3d_agreement_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2213,7 +2213,7 @@ static void FN(cga3d_agreement_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2241,7 +2241,7 @@ static void FN(cga3d_rotor_cost_translator_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2269,7 +2269,7 @@ static void FN(cga3d_rotor_cost_motor_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2297,7 +2297,7 @@ static void FN(cga3d_rotor_cost_rotor_conformal_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2325,7 +2325,7 @@ static void FN(cga3d_rotor_cost_thesis_translator_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2353,7 +2353,7 @@ static void FN(cga3d_rotor_cost_thesis_motor_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -2381,7 +2381,7 @@ static void FN(cga3d_rotor_cost_thesis_rotor_conformal_batch)(ptrdiff_t begin, p
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }

@@ -1460,7 +1460,7 @@ static void FN(cga3d_delta_inverse_numbers3_numbers6_numbers3_batch)(ptrdiff_t b
     if (rows == W) {
       FN(store_rows)(theta_rows + i * 3, theta, 3);
     } else if (rows == 1) {
-      FN(store_lane)(theta_rows + i * 3, theta, 3);
+      FN(store_lane)(&theta_rows[i * 3], theta, 3);
     } else {
       FN(store_tail)(theta_rows + i * 3, theta, 3, rows);
     }
@@ -1503,7 +1503,7 @@ static void FN(cga3d_delta_forward_numbers3_numbers6_numbers2_batch)(ptrdiff_t b
     if (rows == W) {
       FN(store_rows)(y_rows + i * 3, y, 3);
     } else if (rows == 1) {
-      FN(store_lane)(y_rows + i * 3, y, 3);
+      FN(store_lane)(&y_rows[i * 3], y, 3);
     } else {
       FN(store_tail)(y_rows + i * 3, y, 3, rows);
     }
@@ -1546,7 +1546,7 @@ static void FN(cga3d_delta_inverse_precise_numbers3_numbers6_numbers3_batch)(ptr
     if (rows == W) {
       FN(store_rows)(theta_rows + i * 3, theta, 3);
     } else if (rows == 1) {
-      FN(store_lane)(theta_rows + i * 3, theta, 3);
+      FN(store_lane)(&theta_rows[i * 3], theta, 3);
     } else {
       FN(store_tail)(theta_rows + i * 3, theta, 3, rows);
     }
@@ -1589,7 +1589,7 @@ static void FN(cga3d_delta_forward_precise_numbers3_numbers6_numbers2_batch)(ptr
     if (rows == W) {
       FN(store_rows)(y_rows + i * 3, y, 3);
     } else if (rows == 1) {
-      FN(store_lane)(y_rows + i * 3, y, 3);
+      FN(store_lane)(&y_rows[i * 3], y, 3);
     } else {
       FN(store_tail)(y_rows + i * 3, y, 3, rows);
     }
@@ -1630,7 +1630,7 @@ static void FN(cga3d_delta_arm_codes_numbers3_numbers6_numbers3_batch)(ptrdiff_t
     if (rows == W) {
       FN(store_rows)(codes_rows + i * 3, codes, 3);
     } else if (rows == 1) {
-      FN(store_lane)(codes_rows + i * 3, codes, 3);
+      FN(store_lane)(&codes_rows[i * 3], codes, 3);
     } else {
       FN(store_tail)(codes_rows + i * 3, codes, 3, rows);
     }

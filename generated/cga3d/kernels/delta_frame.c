@@ -330,9 +330,9 @@ static void FN(cga3d_delta_singularities_numbers3_numbers3_numbers6_batch)(ptrdi
       FN(store_rows)(volume_rows + i * 1, volume, 1);
       FN(store_rows)(forearms_rows + i * 9, forearms, 9);
     } else if (rows == 1) {
-      FN(store_lane)(sines_rows + i * 3, sines, 3);
-      FN(store_lane)(volume_rows + i * 1, volume, 1);
-      FN(store_lane)(forearms_rows + i * 9, forearms, 9);
+      FN(store_lane)(&sines_rows[i * 3], sines, 3);
+      FN(store_lane)(&volume_rows[i * 1], volume, 1);
+      FN(store_lane)(&forearms_rows[i * 9], forearms, 9);
     } else {
       FN(store_tail)(sines_rows + i * 3, sines, 3, rows);
       FN(store_tail)(volume_rows + i * 1, volume, 1, rows);
@@ -392,11 +392,11 @@ static void FN(cga3d_delta_points_numbers3_numbers3_numbers6_numbers2_batch)(ptr
       FN(store_rows)(tops_rows + i * 18, tops, 18);
       FN(store_rows)(bottoms_rows + i * 18, bottoms, 18);
     } else if (rows == 1) {
-      FN(store_lane)(shoulders_rows + i * 9, shoulders, 9);
-      FN(store_lane)(elbows_rows + i * 9, elbows, 9);
-      FN(store_lane)(wrists_rows + i * 9, wrists, 9);
-      FN(store_lane)(tops_rows + i * 18, tops, 18);
-      FN(store_lane)(bottoms_rows + i * 18, bottoms, 18);
+      FN(store_lane)(&shoulders_rows[i * 9], shoulders, 9);
+      FN(store_lane)(&elbows_rows[i * 9], elbows, 9);
+      FN(store_lane)(&wrists_rows[i * 9], wrists, 9);
+      FN(store_lane)(&tops_rows[i * 18], tops, 18);
+      FN(store_lane)(&bottoms_rows[i * 18], bottoms, 18);
     } else {
       FN(store_tail)(shoulders_rows + i * 9, shoulders, 9, rows);
       FN(store_tail)(elbows_rows + i * 9, elbows, 9, rows);
@@ -449,8 +449,8 @@ static void FN(cga3d_delta_rod_powers_numbers3_numbers3_numbers6_numbers2_batch)
       FN(store_rows)(platform_rows + i * 36, platform, 36);
       FN(store_rows)(arms_rows + i * 6, arms, 6);
     } else if (rows == 1) {
-      FN(store_lane)(platform_rows + i * 36, platform, 36);
-      FN(store_lane)(arms_rows + i * 6, arms, 6);
+      FN(store_lane)(&platform_rows[i * 36], platform, 36);
+      FN(store_lane)(&arms_rows[i * 6], arms, 6);
     } else {
       FN(store_tail)(platform_rows + i * 36, platform, 36, rows);
       FN(store_tail)(arms_rows + i * 6, arms, 6, rows);

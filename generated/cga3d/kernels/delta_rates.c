@@ -1741,7 +1741,7 @@ static void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3_batch)(pt
     if (rows == W) {
       FN(store_rows)(jacobian_rows + i * 9, jacobian, 9);
     } else if (rows == 1) {
-      FN(store_lane)(jacobian_rows + i * 9, jacobian, 9);
+      FN(store_lane)(&jacobian_rows[i * 9], jacobian, 9);
     } else {
       FN(store_tail)(jacobian_rows + i * 9, jacobian, 9, rows);
     }
@@ -1784,7 +1784,7 @@ static void FN(cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2_batch)(pt
     if (rows == W) {
       FN(store_rows)(jacobian_rows + i * 9, jacobian, 9);
     } else if (rows == 1) {
-      FN(store_lane)(jacobian_rows + i * 9, jacobian, 9);
+      FN(store_lane)(&jacobian_rows[i * 9], jacobian, 9);
     } else {
       FN(store_tail)(jacobian_rows + i * 9, jacobian, 9, rows);
     }
@@ -1845,9 +1845,9 @@ static void FN(cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers3_b
       FN(store_rows)(speed_rows + i * 3, speed, 3);
       FN(store_rows)(acceleration_rows + i * 3, acceleration, 3);
     } else if (rows == 1) {
-      FN(store_lane)(theta_rows + i * 3, theta, 3);
-      FN(store_lane)(speed_rows + i * 3, speed, 3);
-      FN(store_lane)(acceleration_rows + i * 3, acceleration, 3);
+      FN(store_lane)(&theta_rows[i * 3], theta, 3);
+      FN(store_lane)(&speed_rows[i * 3], speed, 3);
+      FN(store_lane)(&acceleration_rows[i * 3], acceleration, 3);
     } else {
       FN(store_tail)(theta_rows + i * 3, theta, 3, rows);
       FN(store_tail)(speed_rows + i * 3, speed, 3, rows);

@@ -113,8 +113,8 @@ static void FN(cga3d_enclosing_pair_euclidean_number_euclidean_number_batch)(ptr
       FN(store_rows)(center_rows + i * 3, center, 3);
       FN(store_rows)(radius_rows + i * 1, radius, 1);
     } else if (rows == 1) {
-      FN(store_lane)(center_rows + i * 3, center, 3);
-      FN(store_lane)(radius_rows + i * 1, radius, 1);
+      FN(store_lane)(&center_rows[i * 3], center, 3);
+      FN(store_lane)(&radius_rows[i * 1], radius, 1);
     } else {
       FN(store_tail)(center_rows + i * 3, center, 3, rows);
       FN(store_tail)(radius_rows + i * 1, radius, 1, rows);

@@ -533,7 +533,7 @@ static void FN(cga3d_exp_bivector_twist_batch)(ptrdiff_t begin, ptrdiff_t end, v
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -563,7 +563,7 @@ static void FN(cga3d_log_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -594,7 +594,7 @@ static void FN(cga3d_log_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -625,7 +625,7 @@ static void FN(cga3d_log_motor_transversor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -656,7 +656,7 @@ static void FN(cga3d_sqrt_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -687,7 +687,7 @@ static void FN(cga3d_sqrt_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -718,7 +718,7 @@ static void FN(cga3d_sqrt_motor_transversor_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }

@@ -332,8 +332,8 @@ static void FN(cga3d_sphere_distance_vector_euclidean_batch)(ptrdiff_t begin, pt
       FN(store_rows)(distance_rows + i * 1, distance, 1);
       FN(store_rows)(gradient_rows + i * 5, gradient, 5);
     } else if (rows == 1) {
-      FN(store_lane)(distance_rows + i * 1, distance, 1);
-      FN(store_lane)(gradient_rows + i * 5, gradient, 5);
+      FN(store_lane)(&distance_rows[i * 1], distance, 1);
+      FN(store_lane)(&gradient_rows[i * 5], gradient, 5);
     } else {
       FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
       FN(store_tail)(gradient_rows + i * 5, gradient, 5, rows);
@@ -377,8 +377,8 @@ static void FN(cga3d_circle_distances_vector_vector_euclidean_batch)(ptrdiff_t b
       FN(store_rows)(distances_rows + i * 2, distances, 2);
       FN(store_rows)(gradient_rows + i * 15, gradient, 15);
     } else if (rows == 1) {
-      FN(store_lane)(distances_rows + i * 2, distances, 2);
-      FN(store_lane)(gradient_rows + i * 15, gradient, 15);
+      FN(store_lane)(&distances_rows[i * 2], distances, 2);
+      FN(store_lane)(&gradient_rows[i * 15], gradient, 15);
     } else {
       FN(store_tail)(distances_rows + i * 2, distances, 2, rows);
       FN(store_tail)(gradient_rows + i * 15, gradient, 15, rows);
@@ -421,7 +421,7 @@ static void FN(cga3d_placed_plane_vector_euclidean_number_batch)(ptrdiff_t begin
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -464,7 +464,7 @@ static void FN(cga3d_placed_sphere_vector_euclidean_number_batch)(ptrdiff_t begi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -513,7 +513,7 @@ static void FN(cga3d_placed_circle_vector_vector_euclidean_number_batch)(ptrdiff
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -548,7 +548,7 @@ static void FN(cga3d_translate_sphere_vector_euclidean_batch)(ptrdiff_t begin, p
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }

@@ -3323,7 +3323,7 @@ static void FN(cga3d_interpolate_any_point_any_point_number_batch)(ptrdiff_t beg
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -3366,7 +3366,7 @@ static void FN(cga3d_interpolate_any_point_pair_any_point_pair_number_batch)(ptr
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -3409,7 +3409,7 @@ static void FN(cga3d_interpolate_any_line_any_line_number_batch)(ptrdiff_t begin
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -3452,7 +3452,7 @@ static void FN(cga3d_interpolate_any_circle_any_circle_number_batch)(ptrdiff_t b
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -3495,7 +3495,7 @@ static void FN(cga3d_interpolate_any_plane_any_plane_number_batch)(ptrdiff_t beg
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -3538,7 +3538,7 @@ static void FN(cga3d_interpolate_any_sphere_any_sphere_number_batch)(ptrdiff_t b
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -3581,7 +3581,7 @@ static void FN(cga3d_interpolate_rate_any_point_any_point_number_batch)(ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -3624,7 +3624,7 @@ static void FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number_batch
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -3667,7 +3667,7 @@ static void FN(cga3d_interpolate_rate_any_line_any_line_number_batch)(ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -3710,7 +3710,7 @@ static void FN(cga3d_interpolate_rate_any_circle_any_circle_number_batch)(ptrdif
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -3753,7 +3753,7 @@ static void FN(cga3d_interpolate_rate_any_plane_any_plane_number_batch)(ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -3796,7 +3796,7 @@ static void FN(cga3d_interpolate_rate_any_sphere_any_sphere_number_batch)(ptrdif
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -3831,7 +3831,7 @@ static void FN(cga3d_orientation_any_point_any_point_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
     } else if (rows == 1) {
-      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
+      FN(store_lane)(&orientation_rows[i * 1], orientation, 1);
     } else {
       FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
     }
@@ -3865,7 +3865,7 @@ static void FN(cga3d_orientation_any_point_pair_any_point_pair_batch)(ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
     } else if (rows == 1) {
-      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
+      FN(store_lane)(&orientation_rows[i * 1], orientation, 1);
     } else {
       FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
     }
@@ -3899,7 +3899,7 @@ static void FN(cga3d_orientation_any_line_any_line_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
     } else if (rows == 1) {
-      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
+      FN(store_lane)(&orientation_rows[i * 1], orientation, 1);
     } else {
       FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
     }
@@ -3933,7 +3933,7 @@ static void FN(cga3d_orientation_any_circle_any_circle_batch)(ptrdiff_t begin, p
     if (rows == W) {
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
     } else if (rows == 1) {
-      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
+      FN(store_lane)(&orientation_rows[i * 1], orientation, 1);
     } else {
       FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
     }
@@ -3967,7 +3967,7 @@ static void FN(cga3d_orientation_any_plane_any_plane_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
     } else if (rows == 1) {
-      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
+      FN(store_lane)(&orientation_rows[i * 1], orientation, 1);
     } else {
       FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
     }
@@ -4001,7 +4001,7 @@ static void FN(cga3d_orientation_any_sphere_any_sphere_batch)(ptrdiff_t begin, p
     if (rows == W) {
       FN(store_rows)(orientation_rows + i * 1, orientation, 1);
     } else if (rows == 1) {
-      FN(store_lane)(orientation_rows + i * 1, orientation, 1);
+      FN(store_lane)(&orientation_rows[i * 1], orientation, 1);
     } else {
       FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
     }
@@ -4049,7 +4049,7 @@ static void FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_number
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -4098,7 +4098,7 @@ static void FN(cga3d_interpolate_far_any_line_any_line_number_number_batch)(ptrd
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -4147,7 +4147,7 @@ static void FN(cga3d_interpolate_far_any_circle_any_circle_number_number_batch)(
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -4196,7 +4196,7 @@ static void FN(cga3d_interpolate_far_any_plane_any_plane_number_number_batch)(pt
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -4245,7 +4245,7 @@ static void FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number_batch)(
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -4294,7 +4294,7 @@ static void FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_n
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -4343,7 +4343,7 @@ static void FN(cga3d_interpolate_far_rate_any_line_any_line_number_number_batch)
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -4392,7 +4392,7 @@ static void FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number_ba
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -4441,7 +4441,7 @@ static void FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number_batc
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -4490,7 +4490,7 @@ static void FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number_ba
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }

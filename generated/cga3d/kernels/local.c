@@ -822,7 +822,7 @@ static void FN(cga3d_anchor_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *c
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -850,7 +850,7 @@ static void FN(cga3d_anchor_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -878,7 +878,7 @@ static void FN(cga3d_anchor_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *co
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -906,7 +906,7 @@ static void FN(cga3d_anchor_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -934,7 +934,7 @@ static void FN(cga3d_anchor_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *c
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -962,7 +962,7 @@ static void FN(cga3d_anchor_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -996,7 +996,7 @@ static void FN(cga3d_nearest_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1030,7 +1030,7 @@ static void FN(cga3d_nearest_point_pair_euclidean_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1064,7 +1064,7 @@ static void FN(cga3d_nearest_line_euclidean_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1098,7 +1098,7 @@ static void FN(cga3d_nearest_circle_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1132,7 +1132,7 @@ static void FN(cga3d_nearest_plane_euclidean_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1166,7 +1166,7 @@ static void FN(cga3d_nearest_sphere_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1200,7 +1200,7 @@ static void FN(cga3d_inward_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1234,7 +1234,7 @@ static void FN(cga3d_inward_point_pair_euclidean_batch)(ptrdiff_t begin, ptrdiff
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1268,7 +1268,7 @@ static void FN(cga3d_inward_line_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1302,7 +1302,7 @@ static void FN(cga3d_inward_circle_euclidean_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1336,7 +1336,7 @@ static void FN(cga3d_inward_plane_euclidean_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1370,7 +1370,7 @@ static void FN(cga3d_inward_sphere_euclidean_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }

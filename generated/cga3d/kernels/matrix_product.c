@@ -277,7 +277,7 @@ static void FN(cga3d_geometric_dense_multivector_multivector_batch)(ptrdiff_t be
     if (rows == W) {
       FN(store_rows)(out_rows + i * 32, out, 32);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 32, out, 32);
+      FN(store_lane)(&out_rows[i * 32], out, 32);
     } else {
       FN(store_tail)(out_rows + i * 32, out, 32, rows);
     }

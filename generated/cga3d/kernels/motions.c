@@ -446,7 +446,7 @@ static void FN(cga3d_translator_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -482,7 +482,7 @@ static void FN(cga3d_rotor_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -525,7 +525,7 @@ static void FN(cga3d_rotor_about_euclidean_number_euclidean_batch)(ptrdiff_t beg
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -574,7 +574,7 @@ static void FN(cga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean_b
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -617,7 +617,7 @@ static void FN(cga3d_rotor_from_matrix_euclidean_euclidean_euclidean_batch)(ptrd
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -646,7 +646,7 @@ static void FN(cga3d_motor_to_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 16, matrix, 16);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 16, matrix, 16);
+      FN(store_lane)(&matrix_rows[i * 16], matrix, 16);
     } else {
       FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
     }
@@ -674,7 +674,7 @@ static void FN(cga3d_motor_to_matrix_rotor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 16, matrix, 16);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 16, matrix, 16);
+      FN(store_lane)(&matrix_rows[i * 16], matrix, 16);
     } else {
       FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
     }
@@ -702,7 +702,7 @@ static void FN(cga3d_motor_to_matrix_translator_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 16, matrix, 16);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 16, matrix, 16);
+      FN(store_lane)(&matrix_rows[i * 16], matrix, 16);
     } else {
       FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
     }

@@ -125,7 +125,7 @@ static void FN(cga3d_pair_about_euclidean_euclidean_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -159,8 +159,8 @@ static void FN(cga3d_pair_middle_half_point_pair_batch)(ptrdiff_t begin, ptrdiff
       FN(store_rows)(middle_rows + i * 3, middle, 3);
       FN(store_rows)(half_rows + i * 3, half, 3);
     } else if (rows == 1) {
-      FN(store_lane)(middle_rows + i * 3, middle, 3);
-      FN(store_lane)(half_rows + i * 3, half, 3);
+      FN(store_lane)(&middle_rows[i * 3], middle, 3);
+      FN(store_lane)(&half_rows[i * 3], half, 3);
     } else {
       FN(store_tail)(middle_rows + i * 3, middle, 3, rows);
       FN(store_tail)(half_rows + i * 3, half, 3, rows);

@@ -392,9 +392,9 @@ static void FN(cga3d_center_axis_curvature_point_pair_batch)(ptrdiff_t begin, pt
       FN(store_rows)(axis_rows + i * 3, axis, 3);
       FN(store_rows)(curvature_rows + i * 1, curvature, 1);
     } else if (rows == 1) {
-      FN(store_lane)(center_rows + i * 3, center, 3);
-      FN(store_lane)(axis_rows + i * 3, axis, 3);
-      FN(store_lane)(curvature_rows + i * 1, curvature, 1);
+      FN(store_lane)(&center_rows[i * 3], center, 3);
+      FN(store_lane)(&axis_rows[i * 3], axis, 3);
+      FN(store_lane)(&curvature_rows[i * 1], curvature, 1);
     } else {
       FN(store_tail)(center_rows + i * 3, center, 3, rows);
       FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
@@ -430,9 +430,9 @@ static void FN(cga3d_center_axis_curvature_circle_batch)(ptrdiff_t begin, ptrdif
       FN(store_rows)(axis_rows + i * 3, axis, 3);
       FN(store_rows)(curvature_rows + i * 1, curvature, 1);
     } else if (rows == 1) {
-      FN(store_lane)(center_rows + i * 3, center, 3);
-      FN(store_lane)(axis_rows + i * 3, axis, 3);
-      FN(store_lane)(curvature_rows + i * 1, curvature, 1);
+      FN(store_lane)(&center_rows[i * 3], center, 3);
+      FN(store_lane)(&axis_rows[i * 3], axis, 3);
+      FN(store_lane)(&curvature_rows[i * 1], curvature, 1);
     } else {
       FN(store_tail)(center_rows + i * 3, center, 3, rows);
       FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
@@ -468,9 +468,9 @@ static void FN(cga3d_center_axis_curvature_sphere_batch)(ptrdiff_t begin, ptrdif
       FN(store_rows)(axis_rows + i * 3, axis, 3);
       FN(store_rows)(curvature_rows + i * 1, curvature, 1);
     } else if (rows == 1) {
-      FN(store_lane)(center_rows + i * 3, center, 3);
-      FN(store_lane)(axis_rows + i * 3, axis, 3);
-      FN(store_lane)(curvature_rows + i * 1, curvature, 1);
+      FN(store_lane)(&center_rows[i * 3], center, 3);
+      FN(store_lane)(&axis_rows[i * 3], axis, 3);
+      FN(store_lane)(&curvature_rows[i * 1], curvature, 1);
     } else {
       FN(store_tail)(center_rows + i * 3, center, 3, rows);
       FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
@@ -509,8 +509,8 @@ static void FN(cga3d_half_rotations_euclidean_euclidean_batch)(ptrdiff_t begin, 
       FN(store_rows)(half_rows + i * 8, half, 8);
       FN(store_rows)(quarter_rows + i * 9, quarter, 9);
     } else if (rows == 1) {
-      FN(store_lane)(half_rows + i * 8, half, 8);
-      FN(store_lane)(quarter_rows + i * 9, quarter, 9);
+      FN(store_lane)(&half_rows[i * 8], half, 8);
+      FN(store_lane)(&quarter_rows[i * 9], quarter, 9);
     } else {
       FN(store_tail)(half_rows + i * 8, half, 8, rows);
       FN(store_tail)(quarter_rows + i * 9, quarter, 9, rows);
@@ -571,7 +571,7 @@ static void FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_n
     if (rows == W) {
       FN(store_rows)(out_rows + i * 12, out, 12);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 12, out, 12);
+      FN(store_lane)(&out_rows[i * 12], out, 12);
     } else {
       FN(store_tail)(out_rows + i * 12, out, 12, rows);
     }

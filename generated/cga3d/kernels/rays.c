@@ -314,8 +314,8 @@ static void FN(cga3d_line_from_euclidean_line_batch)(ptrdiff_t begin, ptrdiff_t 
       FN(store_rows)(direction_rows + i * 3, direction, 3);
       FN(store_rows)(distance_rows + i * 1, distance, 1);
     } else if (rows == 1) {
-      FN(store_lane)(direction_rows + i * 3, direction, 3);
-      FN(store_lane)(distance_rows + i * 1, distance, 1);
+      FN(store_lane)(&direction_rows[i * 3], direction, 3);
+      FN(store_lane)(&distance_rows[i * 1], distance, 1);
     } else {
       FN(store_tail)(direction_rows + i * 3, direction, 3, rows);
       FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
@@ -359,8 +359,8 @@ static void FN(cga3d_plane_contact_euclidean_euclidean_number_batch)(ptrdiff_t b
       FN(store_rows)(distance_rows + i * 1, distance, 1);
       FN(store_rows)(normal__rows + i * 3, normal_, 3);
     } else if (rows == 1) {
-      FN(store_lane)(distance_rows + i * 1, distance, 1);
-      FN(store_lane)(normal__rows + i * 3, normal_, 3);
+      FN(store_lane)(&distance_rows[i * 1], distance, 1);
+      FN(store_lane)(&normal__rows[i * 3], normal_, 3);
     } else {
       FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
       FN(store_tail)(normal__rows + i * 3, normal_, 3, rows);
@@ -404,8 +404,8 @@ static void FN(cga3d_sphere_contact_euclidean_euclidean_number_batch)(ptrdiff_t 
       FN(store_rows)(distance_rows + i * 1, distance, 1);
       FN(store_rows)(normal_rows + i * 3, normal, 3);
     } else if (rows == 1) {
-      FN(store_lane)(distance_rows + i * 1, distance, 1);
-      FN(store_lane)(normal_rows + i * 3, normal, 3);
+      FN(store_lane)(&distance_rows[i * 1], distance, 1);
+      FN(store_lane)(&normal_rows[i * 3], normal, 3);
     } else {
       FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
       FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
@@ -455,8 +455,8 @@ static void FN(cga3d_disc_contact_euclidean_euclidean_euclidean_number_batch)(pt
       FN(store_rows)(distance_rows + i * 1, distance, 1);
       FN(store_rows)(normal__rows + i * 3, normal_, 3);
     } else if (rows == 1) {
-      FN(store_lane)(distance_rows + i * 1, distance, 1);
-      FN(store_lane)(normal__rows + i * 3, normal_, 3);
+      FN(store_lane)(&distance_rows[i * 1], distance, 1);
+      FN(store_lane)(&normal__rows[i * 3], normal_, 3);
     } else {
       FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
       FN(store_tail)(normal__rows + i * 3, normal_, 3, rows);
@@ -499,7 +499,7 @@ static void FN(cga3d_reflected_line_euclidean_euclidean_euclidean_batch)(ptrdiff
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -548,7 +548,7 @@ static void FN(cga3d_normal_line_euclidean_euclidean_euclidean_number_batch)(ptr
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -597,7 +597,7 @@ static void FN(cga3d_tangent_line_euclidean_euclidean_euclidean_number_batch)(pt
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }

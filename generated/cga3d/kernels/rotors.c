@@ -1720,8 +1720,8 @@ static void FN(cga3d_rotor_between_point_pair_point_pair_batch)(ptrdiff_t begin,
       FN(store_rows)(out_rows + i * 16, out, 16);
       FN(store_rows)(quality_rows + i * 2, quality, 2);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 16, out, 16);
-      FN(store_lane)(quality_rows + i * 2, quality, 2);
+      FN(store_lane)(&out_rows[i * 16], out, 16);
+      FN(store_lane)(&quality_rows[i * 2], quality, 2);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
       FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
@@ -1762,8 +1762,8 @@ static void FN(cga3d_rotor_between_line_line_batch)(ptrdiff_t begin, ptrdiff_t e
       FN(store_rows)(out_rows + i * 8, out, 8);
       FN(store_rows)(quality_rows + i * 2, quality, 2);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
-      FN(store_lane)(quality_rows + i * 2, quality, 2);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
+      FN(store_lane)(&quality_rows[i * 2], quality, 2);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
       FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
@@ -1804,8 +1804,8 @@ static void FN(cga3d_rotor_between_circle_circle_batch)(ptrdiff_t begin, ptrdiff
       FN(store_rows)(out_rows + i * 16, out, 16);
       FN(store_rows)(quality_rows + i * 2, quality, 2);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 16, out, 16);
-      FN(store_lane)(quality_rows + i * 2, quality, 2);
+      FN(store_lane)(&out_rows[i * 16], out, 16);
+      FN(store_lane)(&quality_rows[i * 2], quality, 2);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
       FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
@@ -1846,8 +1846,8 @@ static void FN(cga3d_rotor_between_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t
       FN(store_rows)(out_rows + i * 8, out, 8);
       FN(store_rows)(quality_rows + i * 2, quality, 2);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
-      FN(store_lane)(quality_rows + i * 2, quality, 2);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
+      FN(store_lane)(&quality_rows[i * 2], quality, 2);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
       FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
@@ -1888,8 +1888,8 @@ static void FN(cga3d_rotor_between_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff
       FN(store_rows)(out_rows + i * 16, out, 16);
       FN(store_rows)(quality_rows + i * 2, quality, 2);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 16, out, 16);
-      FN(store_lane)(quality_rows + i * 2, quality, 2);
+      FN(store_lane)(&out_rows[i * 16], out, 16);
+      FN(store_lane)(&quality_rows[i * 2], quality, 2);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
       FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
@@ -1927,7 +1927,7 @@ static void FN(cga3d_flat_rotor_line_line_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1964,7 +1964,7 @@ static void FN(cga3d_flat_rotor_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -2001,7 +2001,7 @@ static void FN(cga3d_mirror_between_point_pair_point_pair_batch)(ptrdiff_t begin
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2038,7 +2038,7 @@ static void FN(cga3d_mirror_between_line_line_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -2075,7 +2075,7 @@ static void FN(cga3d_mirror_between_circle_circle_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2112,7 +2112,7 @@ static void FN(cga3d_mirror_between_plane_plane_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -2149,7 +2149,7 @@ static void FN(cga3d_mirror_between_sphere_sphere_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -2186,7 +2186,7 @@ static void FN(cga3d_translation_between_point_point_batch)(ptrdiff_t begin, ptr
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -2215,7 +2215,7 @@ static void FN(cga3d_unit_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 16, out, 16);
+      FN(store_lane)(&out_rows[i * 16], out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -2249,7 +2249,7 @@ static void FN(cga3d_transform_object_even_point_pair_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2283,7 +2283,7 @@ static void FN(cga3d_transform_object_even_circle_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -2317,7 +2317,7 @@ static void FN(cga3d_transform_object_even_sphere_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -2345,7 +2345,7 @@ static void FN(cga3d_canonicalize_sign_even_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 16, out, 16);
+      FN(store_lane)(&out_rows[i * 16], out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }

@@ -448,9 +448,9 @@ static void FN(cga3d_screw_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *co
       FN(store_rows)(pitch_rows + i * 1, pitch, 1);
       FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
     } else if (rows == 1) {
-      FN(store_lane)(axis_rows + i * 6, axis, 6);
-      FN(store_lane)(pitch_rows + i * 1, pitch, 1);
-      FN(store_lane)(magnitude_rows + i * 1, magnitude, 1);
+      FN(store_lane)(&axis_rows[i * 6], axis, 6);
+      FN(store_lane)(&pitch_rows[i * 1], pitch, 1);
+      FN(store_lane)(&magnitude_rows[i * 1], magnitude, 1);
     } else {
       FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
       FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
@@ -504,10 +504,10 @@ static void FN(cga3d_screw_of_lines_line_line_number_batch)(ptrdiff_t begin, ptr
       FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
       FN(store_rows)(fraction_rows + i * 1, fraction, 1);
     } else if (rows == 1) {
-      FN(store_lane)(axis_rows + i * 6, axis, 6);
-      FN(store_lane)(pitch_rows + i * 1, pitch, 1);
-      FN(store_lane)(magnitude_rows + i * 1, magnitude, 1);
-      FN(store_lane)(fraction_rows + i * 1, fraction, 1);
+      FN(store_lane)(&axis_rows[i * 6], axis, 6);
+      FN(store_lane)(&pitch_rows[i * 1], pitch, 1);
+      FN(store_lane)(&magnitude_rows[i * 1], magnitude, 1);
+      FN(store_lane)(&fraction_rows[i * 1], fraction, 1);
     } else {
       FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
       FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
@@ -551,7 +551,7 @@ static void FN(cga3d_screw_bivector_line_number_number_batch)(ptrdiff_t begin, p
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -591,7 +591,7 @@ static void FN(cga3d_screw_motor_line_number_number_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -627,7 +627,7 @@ static void FN(cga3d_closest_point_line_line_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -659,8 +659,8 @@ static void FN(cga3d_line_equations_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
       FN(store_rows)(matrix_rows + i * 9, matrix, 9);
       FN(store_rows)(point_rows + i * 3, point, 3);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 9, matrix, 9);
-      FN(store_lane)(point_rows + i * 3, point, 3);
+      FN(store_lane)(&matrix_rows[i * 9], matrix, 9);
+      FN(store_lane)(&point_rows[i * 3], point, 3);
     } else {
       FN(store_tail)(matrix_rows + i * 9, matrix, 9, rows);
       FN(store_tail)(point_rows + i * 3, point, 3, rows);

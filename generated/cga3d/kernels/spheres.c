@@ -668,7 +668,7 @@ static void FN(cga3d_common_sphere_any_point_pair_any_point_pair_number_batch)(p
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -711,7 +711,7 @@ static void FN(cga3d_common_sphere_any_line_any_line_number_batch)(ptrdiff_t beg
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -754,7 +754,7 @@ static void FN(cga3d_common_sphere_any_circle_any_circle_number_batch)(ptrdiff_t
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -797,7 +797,7 @@ static void FN(cga3d_orthogonal_sphere_any_circle_any_circle_number_batch)(ptrdi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }

@@ -106,7 +106,7 @@ static void FN(cga3d_moment_about_twist_euclidean_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -140,7 +140,7 @@ static void FN(cga3d_screw_cross_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -168,7 +168,7 @@ static void FN(cga3d_screw_row_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void
     if (rows == W) {
       FN(store_rows)(screw__rows + i * 6, screw_, 6);
     } else if (rows == 1) {
-      FN(store_lane)(screw__rows + i * 6, screw_, 6);
+      FN(store_lane)(&screw__rows[i * 6], screw_, 6);
     } else {
       FN(store_tail)(screw__rows + i * 6, screw_, 6, rows);
     }
@@ -196,7 +196,7 @@ static void FN(cga3d_screw_of_row_numbers6_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }

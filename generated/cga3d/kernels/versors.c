@@ -1096,7 +1096,7 @@ static void FN(cga3d_normalise_vector_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1127,7 +1127,7 @@ static void FN(cga3d_normalise_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, v
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1158,7 +1158,7 @@ static void FN(cga3d_normalise_trivector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1189,7 +1189,7 @@ static void FN(cga3d_normalise_quadvector_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1220,7 +1220,7 @@ static void FN(cga3d_normalise_even_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 16, out, 16);
+      FN(store_lane)(&out_rows[i * 16], out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -1251,7 +1251,7 @@ static void FN(cga3d_normalise_multivector_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 32, out, 32);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 32, out, 32);
+      FN(store_lane)(&out_rows[i * 32], out, 32);
     } else {
       FN(store_tail)(out_rows + i * 32, out, 32, rows);
     }
@@ -1282,7 +1282,7 @@ static void FN(cga3d_normalise_any_line_batch)(ptrdiff_t begin, ptrdiff_t end, v
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1313,7 +1313,7 @@ static void FN(cga3d_normalise_flat_any_motor_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1344,7 +1344,7 @@ static void FN(cga3d_normalise_flat_any_rotor_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1375,7 +1375,7 @@ static void FN(cga3d_normalise_flat_any_line_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1406,7 +1406,7 @@ static void FN(cga3d_normalise_flat_any_plane_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1437,7 +1437,7 @@ static void FN(cga3d_normalise_flat_any_sphere_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1474,7 +1474,7 @@ static void FN(cga3d_reflect_point_plane_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1511,7 +1511,7 @@ static void FN(cga3d_reflect_line_plane_batch)(ptrdiff_t begin, ptrdiff_t end, v
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1548,7 +1548,7 @@ static void FN(cga3d_reflect_circle_plane_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1585,7 +1585,7 @@ static void FN(cga3d_reflect_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1622,7 +1622,7 @@ static void FN(cga3d_reflect_sphere_plane_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1659,7 +1659,7 @@ static void FN(cga3d_reflect_point_pair_plane_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1696,7 +1696,7 @@ static void FN(cga3d_reflect_point_sphere_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1733,7 +1733,7 @@ static void FN(cga3d_reflect_line_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1770,7 +1770,7 @@ static void FN(cga3d_reflect_circle_sphere_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 10, out, 10);
+      FN(store_lane)(&out_rows[i * 10], out, 10);
     } else {
       FN(store_tail)(out_rows + i * 10, out, 10, rows);
     }
@@ -1807,7 +1807,7 @@ static void FN(cga3d_reflect_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1844,7 +1844,7 @@ static void FN(cga3d_reflect_plane_sphere_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }
@@ -1881,7 +1881,7 @@ static void FN(cga3d_reflect_point_line_batch)(ptrdiff_t begin, ptrdiff_t end, v
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 5, out, 5);
+      FN(store_lane)(&out_rows[i * 5], out, 5);
     } else {
       FN(store_tail)(out_rows + i * 5, out, 5, rows);
     }

@@ -136,7 +136,7 @@ static void FN(pga3d_twist_between_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }

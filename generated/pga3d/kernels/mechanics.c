@@ -193,7 +193,7 @@ static void FN(pga3d_screw_of_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdif
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -224,8 +224,8 @@ static void FN(pga3d_screw_vectors_twist_batch)(ptrdiff_t begin, ptrdiff_t end, 
       FN(store_rows)(first_rows + i * 3, first, 3);
       FN(store_rows)(second_rows + i * 3, second, 3);
     } else if (rows == 1) {
-      FN(store_lane)(first_rows + i * 3, first, 3);
-      FN(store_lane)(second_rows + i * 3, second, 3);
+      FN(store_lane)(&first_rows[i * 3], first, 3);
+      FN(store_lane)(&second_rows[i * 3], second, 3);
     } else {
       FN(store_tail)(first_rows + i * 3, first, 3, rows);
       FN(store_tail)(second_rows + i * 3, second, 3, rows);
@@ -260,7 +260,7 @@ static void FN(pga3d_wrench_at_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -294,7 +294,7 @@ static void FN(pga3d_velocity_at_twist_euclidean_batch)(ptrdiff_t begin, ptrdiff
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -328,7 +328,7 @@ static void FN(pga3d_power_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -374,7 +374,7 @@ static void FN(pga3d_momentum_in_motor_number_euclidean_twist_batch)(ptrdiff_t b
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -402,7 +402,7 @@ static void FN(pga3d_covector_of_twist_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     if (rows == W) {
       FN(store_rows)(covector_rows + i * 6, covector, 6);
     } else if (rows == 1) {
-      FN(store_lane)(covector_rows + i * 6, covector, 6);
+      FN(store_lane)(&covector_rows[i * 6], covector, 6);
     } else {
       FN(store_tail)(covector_rows + i * 6, covector, 6, rows);
     }

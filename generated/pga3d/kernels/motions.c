@@ -443,7 +443,7 @@ static void FN(pga3d_translator_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -479,7 +479,7 @@ static void FN(pga3d_rotor_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -522,7 +522,7 @@ static void FN(pga3d_rotor_about_euclidean_number_euclidean_batch)(ptrdiff_t beg
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -571,7 +571,7 @@ static void FN(pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean_b
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -614,7 +614,7 @@ static void FN(pga3d_rotor_from_matrix_euclidean_euclidean_euclidean_batch)(ptrd
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -643,7 +643,7 @@ static void FN(pga3d_motor_to_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 16, matrix, 16);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 16, matrix, 16);
+      FN(store_lane)(&matrix_rows[i * 16], matrix, 16);
     } else {
       FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
     }
@@ -671,7 +671,7 @@ static void FN(pga3d_motor_to_matrix_rotor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 16, matrix, 16);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 16, matrix, 16);
+      FN(store_lane)(&matrix_rows[i * 16], matrix, 16);
     } else {
       FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
     }
@@ -699,7 +699,7 @@ static void FN(pga3d_motor_to_matrix_translator_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 16, matrix, 16);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 16, matrix, 16);
+      FN(store_lane)(&matrix_rows[i * 16], matrix, 16);
     } else {
       FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
     }

@@ -426,7 +426,7 @@ static void FN(pga3d_left_jacobian_matrix_numbers6_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 36, matrix, 36);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 36, matrix, 36);
+      FN(store_lane)(&matrix_rows[i * 36], matrix, 36);
     } else {
       FN(store_tail)(matrix_rows + i * 36, matrix, 36, rows);
     }
@@ -454,7 +454,7 @@ static void FN(pga3d_right_jacobian_matrix_numbers6_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 36, matrix, 36);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 36, matrix, 36);
+      FN(store_lane)(&matrix_rows[i * 36], matrix, 36);
     } else {
       FN(store_tail)(matrix_rows + i * 36, matrix, 36, rows);
     }
@@ -484,7 +484,7 @@ static void FN(pga3d_inverse_left_jacobian_matrix_numbers6_batch)(ptrdiff_t begi
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 36, matrix, 36);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 36, matrix, 36);
+      FN(store_lane)(&matrix_rows[i * 36], matrix, 36);
     } else {
       FN(store_tail)(matrix_rows + i * 36, matrix, 36, rows);
     }
@@ -515,7 +515,7 @@ static void FN(pga3d_inverse_right_jacobian_matrix_numbers6_batch)(ptrdiff_t beg
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 36, matrix, 36);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 36, matrix, 36);
+      FN(store_lane)(&matrix_rows[i * 36], matrix, 36);
     } else {
       FN(store_tail)(matrix_rows + i * 36, matrix, 36, rows);
     }

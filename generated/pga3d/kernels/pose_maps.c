@@ -261,7 +261,7 @@ static void FN(pga3d_exp_pose_numbers6_batch)(ptrdiff_t begin, ptrdiff_t end, vo
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -292,7 +292,7 @@ static void FN(pga3d_log_pose_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     if (rows == W) {
       FN(store_rows)(twist_rows + i * 6, twist, 6);
     } else if (rows == 1) {
-      FN(store_lane)(twist_rows + i * 6, twist, 6);
+      FN(store_lane)(&twist_rows[i * 6], twist, 6);
     } else {
       FN(store_tail)(twist_rows + i * 6, twist, 6, rows);
     }
@@ -321,7 +321,7 @@ static void FN(pga3d_adjoint_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 36, matrix, 36);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 36, matrix, 36);
+      FN(store_lane)(&matrix_rows[i * 36], matrix, 36);
     } else {
       FN(store_tail)(matrix_rows + i * 36, matrix, 36, rows);
     }

@@ -601,7 +601,7 @@ static void FN(pga3d_screw_path_motor_motor_number_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -638,7 +638,7 @@ static void FN(pga3d_relative_twist_motor_motor_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(twist_rows + i * 6, twist, 6);
     } else if (rows == 1) {
-      FN(store_lane)(twist_rows + i * 6, twist, 6);
+      FN(store_lane)(&twist_rows[i * 6], twist, 6);
     } else {
       FN(store_tail)(twist_rows + i * 6, twist, 6, rows);
     }
@@ -673,7 +673,7 @@ static void FN(pga3d_moved_by_motor_numbers6_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -715,7 +715,7 @@ static void FN(pga3d_piece_pose_motor_numbers30_number_batch)(ptrdiff_t begin, p
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -756,7 +756,7 @@ static void FN(pga3d_piece_twist_numbers30_number_number_batch)(ptrdiff_t begin,
     if (rows == W) {
       FN(store_rows)(twist_rows + i * 6, twist, 6);
     } else if (rows == 1) {
-      FN(store_lane)(twist_rows + i * 6, twist, 6);
+      FN(store_lane)(&twist_rows[i * 6], twist, 6);
     } else {
       FN(store_tail)(twist_rows + i * 6, twist, 6, rows);
     }

@@ -490,7 +490,7 @@ static void FN(pga3d_pose_of_quaternion_numbers4_euclidean_batch)(ptrdiff_t begi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -519,7 +519,7 @@ static void FN(pga3d_quaternion_motor_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     if (rows == W) {
       FN(store_rows)(quaternion_rows + i * 4, quaternion, 4);
     } else if (rows == 1) {
-      FN(store_lane)(quaternion_rows + i * 4, quaternion, 4);
+      FN(store_lane)(&quaternion_rows[i * 4], quaternion, 4);
     } else {
       FN(store_tail)(quaternion_rows + i * 4, quaternion, 4, rows);
     }
@@ -549,7 +549,7 @@ static void FN(pga3d_pose_of_matrix_numbers12_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -586,7 +586,7 @@ static void FN(pga3d_pose_of_rotation_vector_euclidean_euclidean_batch)(ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -617,7 +617,7 @@ static void FN(pga3d_rotation_vector_motor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -654,7 +654,7 @@ static void FN(pga3d_composed_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -683,7 +683,7 @@ static void FN(pga3d_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *c
     if (rows == W) {
       FN(store_rows)(matrix_rows + i * 16, matrix, 16);
     } else if (rows == 1) {
-      FN(store_lane)(matrix_rows + i * 16, matrix, 16);
+      FN(store_lane)(&matrix_rows[i * 16], matrix, 16);
     } else {
       FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
     }
@@ -711,7 +711,7 @@ static void FN(pga3d_position_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -745,7 +745,7 @@ static void FN(pga3d_moved_motor_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }

@@ -903,7 +903,7 @@ static void FN(pga3d_geometric_multivector_multivector_batch)(ptrdiff_t begin, p
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 16, out, 16);
+      FN(store_lane)(&out_rows[i * 16], out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -937,7 +937,7 @@ static void FN(pga3d_geometric_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -971,7 +971,7 @@ static void FN(pga3d_geometric_rotor_rotor_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1005,7 +1005,7 @@ static void FN(pga3d_geometric_even_even_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1039,7 +1039,7 @@ static void FN(pga3d_geometric_translator_rotor_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1073,7 +1073,7 @@ static void FN(pga3d_geometric_rotor_translator_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1107,7 +1107,7 @@ static void FN(pga3d_geometric_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1141,7 +1141,7 @@ static void FN(pga3d_outer_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 16, out, 16);
+      FN(store_lane)(&out_rows[i * 16], out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -1175,7 +1175,7 @@ static void FN(pga3d_outer_vector_vector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1209,7 +1209,7 @@ static void FN(pga3d_outer_bivector_vector_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1243,7 +1243,7 @@ static void FN(pga3d_outer_plane_line_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1277,7 +1277,7 @@ static void FN(pga3d_outer_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1311,7 +1311,7 @@ static void FN(pga3d_inner_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 14, out, 14);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 14, out, 14);
+      FN(store_lane)(&out_rows[i * 14], out, 14);
     } else {
       FN(store_tail)(out_rows + i * 14, out, 14, rows);
     }
@@ -1345,7 +1345,7 @@ static void FN(pga3d_regressive_point_point_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1379,7 +1379,7 @@ static void FN(pga3d_regressive_trivector_trivector_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1413,7 +1413,7 @@ static void FN(pga3d_regressive_line_point_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1447,7 +1447,7 @@ static void FN(pga3d_regressive_bivector_trivector_batch)(ptrdiff_t begin, ptrdi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1481,7 +1481,7 @@ static void FN(pga3d_regressive_multivector_multivector_batch)(ptrdiff_t begin, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 16, out, 16);
+      FN(store_lane)(&out_rows[i * 16], out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -1515,7 +1515,7 @@ static void FN(pga3d_regressive_point_line_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1549,7 +1549,7 @@ static void FN(pga3d_regressive_point_direction_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1583,7 +1583,7 @@ static void FN(pga3d_regressive_line_line_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 1, out, 1);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 1, out, 1);
+      FN(store_lane)(&out_rows[i * 1], out, 1);
     } else {
       FN(store_tail)(out_rows + i * 1, out, 1, rows);
     }
@@ -1617,7 +1617,7 @@ static void FN(pga3d_sandwich_motor_point_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1651,7 +1651,7 @@ static void FN(pga3d_sandwich_motor_any_point_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1685,7 +1685,7 @@ static void FN(pga3d_sandwich_motor_direction_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -1719,7 +1719,7 @@ static void FN(pga3d_sandwich_motor_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1753,7 +1753,7 @@ static void FN(pga3d_sandwich_motor_any_line_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -1787,7 +1787,7 @@ static void FN(pga3d_sandwich_motor_plane_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1821,7 +1821,7 @@ static void FN(pga3d_sandwich_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -1855,7 +1855,7 @@ static void FN(pga3d_sandwich_rotor_point_batch)(ptrdiff_t begin, ptrdiff_t end,
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1889,7 +1889,7 @@ static void FN(pga3d_sandwich_translator_point_batch)(ptrdiff_t begin, ptrdiff_t
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -1923,7 +1923,7 @@ static void FN(pga3d_commutator_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }

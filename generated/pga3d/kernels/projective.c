@@ -304,7 +304,7 @@ static void FN(pga3d_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -332,7 +332,7 @@ static void FN(pga3d_direction_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 3, out, 3);
+      FN(store_lane)(&out_rows[i * 3], out, 3);
     } else {
       FN(store_tail)(out_rows + i * 3, out, 3, rows);
     }
@@ -368,7 +368,7 @@ static void FN(pga3d_line_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -405,7 +405,7 @@ static void FN(pga3d_line_through_euclidean_euclidean_batch)(ptrdiff_t begin, pt
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -442,7 +442,7 @@ static void FN(pga3d_plane_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -485,7 +485,7 @@ static void FN(pga3d_plane_through_euclidean_euclidean_euclidean_batch)(ptrdiff_
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -516,7 +516,7 @@ static void FN(pga3d_point_parameters_point_batch)(ptrdiff_t begin, ptrdiff_t en
     if (rows == W) {
       FN(store_rows)(position_rows + i * 3, position, 3);
     } else if (rows == 1) {
-      FN(store_lane)(position_rows + i * 3, position, 3);
+      FN(store_lane)(&position_rows[i * 3], position, 3);
     } else {
       FN(store_tail)(position_rows + i * 3, position, 3, rows);
     }
@@ -547,7 +547,7 @@ static void FN(pga3d_point_parameters_any_point_batch)(ptrdiff_t begin, ptrdiff_
     if (rows == W) {
       FN(store_rows)(position_rows + i * 3, position, 3);
     } else if (rows == 1) {
-      FN(store_lane)(position_rows + i * 3, position, 3);
+      FN(store_lane)(&position_rows[i * 3], position, 3);
     } else {
       FN(store_tail)(position_rows + i * 3, position, 3, rows);
     }
@@ -576,7 +576,7 @@ static void FN(pga3d_direction_parameters_direction_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       FN(store_rows)(vector_rows + i * 3, vector, 3);
     } else if (rows == 1) {
-      FN(store_lane)(vector_rows + i * 3, vector, 3);
+      FN(store_lane)(&vector_rows[i * 3], vector, 3);
     } else {
       FN(store_tail)(vector_rows + i * 3, vector, 3, rows);
     }
@@ -607,8 +607,8 @@ static void FN(pga3d_line_parameters_line_batch)(ptrdiff_t begin, ptrdiff_t end,
       FN(store_rows)(point_rows + i * 3, point, 3);
       FN(store_rows)(direction_rows + i * 3, direction, 3);
     } else if (rows == 1) {
-      FN(store_lane)(point_rows + i * 3, point, 3);
-      FN(store_lane)(direction_rows + i * 3, direction, 3);
+      FN(store_lane)(&point_rows[i * 3], point, 3);
+      FN(store_lane)(&direction_rows[i * 3], direction, 3);
     } else {
       FN(store_tail)(point_rows + i * 3, point, 3, rows);
       FN(store_tail)(direction_rows + i * 3, direction, 3, rows);
@@ -640,8 +640,8 @@ static void FN(pga3d_plane_parameters_plane_batch)(ptrdiff_t begin, ptrdiff_t en
       FN(store_rows)(normal_rows + i * 3, normal, 3);
       FN(store_rows)(offset_rows + i * 1, offset, 1);
     } else if (rows == 1) {
-      FN(store_lane)(normal_rows + i * 3, normal, 3);
-      FN(store_lane)(offset_rows + i * 1, offset, 1);
+      FN(store_lane)(&normal_rows[i * 3], normal, 3);
+      FN(store_lane)(&offset_rows[i * 1], offset, 1);
     } else {
       FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
       FN(store_tail)(offset_rows + i * 1, offset, 1, rows);

@@ -329,9 +329,9 @@ static void FN(pga3d_screw_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *co
       FN(store_rows)(pitch_rows + i * 1, pitch, 1);
       FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
     } else if (rows == 1) {
-      FN(store_lane)(axis_rows + i * 6, axis, 6);
-      FN(store_lane)(pitch_rows + i * 1, pitch, 1);
-      FN(store_lane)(magnitude_rows + i * 1, magnitude, 1);
+      FN(store_lane)(&axis_rows[i * 6], axis, 6);
+      FN(store_lane)(&pitch_rows[i * 1], pitch, 1);
+      FN(store_lane)(&magnitude_rows[i * 1], magnitude, 1);
     } else {
       FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
       FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
@@ -385,10 +385,10 @@ static void FN(pga3d_screw_of_lines_line_line_number_batch)(ptrdiff_t begin, ptr
       FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
       FN(store_rows)(fraction_rows + i * 1, fraction, 1);
     } else if (rows == 1) {
-      FN(store_lane)(axis_rows + i * 6, axis, 6);
-      FN(store_lane)(pitch_rows + i * 1, pitch, 1);
-      FN(store_lane)(magnitude_rows + i * 1, magnitude, 1);
-      FN(store_lane)(fraction_rows + i * 1, fraction, 1);
+      FN(store_lane)(&axis_rows[i * 6], axis, 6);
+      FN(store_lane)(&pitch_rows[i * 1], pitch, 1);
+      FN(store_lane)(&magnitude_rows[i * 1], magnitude, 1);
+      FN(store_lane)(&fraction_rows[i * 1], fraction, 1);
     } else {
       FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
       FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
@@ -432,7 +432,7 @@ static void FN(pga3d_screw_bivector_line_number_number_batch)(ptrdiff_t begin, p
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -472,7 +472,7 @@ static void FN(pga3d_screw_motor_line_number_number_batch)(ptrdiff_t begin, ptrd
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }

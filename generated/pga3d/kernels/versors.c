@@ -527,7 +527,7 @@ static void FN(pga3d_normalise_vector_batch)(ptrdiff_t begin, ptrdiff_t end, voi
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -558,7 +558,7 @@ static void FN(pga3d_normalise_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, v
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -589,7 +589,7 @@ static void FN(pga3d_normalise_trivector_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -620,7 +620,7 @@ static void FN(pga3d_normalise_even_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -651,7 +651,7 @@ static void FN(pga3d_normalise_multivector_batch)(ptrdiff_t begin, ptrdiff_t end
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 16, out, 16);
+      FN(store_lane)(&out_rows[i * 16], out, 16);
     } else {
       FN(store_tail)(out_rows + i * 16, out, 16, rows);
     }
@@ -682,7 +682,7 @@ static void FN(pga3d_normalise_flat_any_motor_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 8, out, 8);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 8, out, 8);
+      FN(store_lane)(&out_rows[i * 8], out, 8);
     } else {
       FN(store_tail)(out_rows + i * 8, out, 8, rows);
     }
@@ -713,7 +713,7 @@ static void FN(pga3d_normalise_flat_any_rotor_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -744,7 +744,7 @@ static void FN(pga3d_normalise_flat_any_line_batch)(ptrdiff_t begin, ptrdiff_t e
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -775,7 +775,7 @@ static void FN(pga3d_normalise_flat_any_plane_batch)(ptrdiff_t begin, ptrdiff_t 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -812,7 +812,7 @@ static void FN(pga3d_reflect_point_plane_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -849,7 +849,7 @@ static void FN(pga3d_reflect_line_plane_batch)(ptrdiff_t begin, ptrdiff_t end, v
     if (rows == W) {
       FN(store_rows)(out_rows + i * 6, out, 6);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 6, out, 6);
+      FN(store_lane)(&out_rows[i * 6], out, 6);
     } else {
       FN(store_tail)(out_rows + i * 6, out, 6, rows);
     }
@@ -886,7 +886,7 @@ static void FN(pga3d_reflect_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -923,7 +923,7 @@ static void FN(pga3d_reflect_point_line_batch)(ptrdiff_t begin, ptrdiff_t end, v
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
@@ -960,7 +960,7 @@ static void FN(pga3d_reflect_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, 
     if (rows == W) {
       FN(store_rows)(out_rows + i * 4, out, 4);
     } else if (rows == 1) {
-      FN(store_lane)(out_rows + i * 4, out, 4);
+      FN(store_lane)(&out_rows[i * 4], out, 4);
     } else {
       FN(store_tail)(out_rows + i * 4, out, 4, rows);
     }
