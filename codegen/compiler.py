@@ -148,14 +148,14 @@ def build_library(
     instances : sequence of Instance, optional
         Default: the one of this precision that this processor runs best.
     """
-    from .build.cpu_features import best_kernel_instances
+    from .build.cpu_features import best_instances
     from .build.extension import load
     from .targets.c.extension import extension_source
     from .targets.c.instances import BASELINE
 
     if instances is not None:
         return Library(load(extension_source(name, variants, instances)))
-    best = best_kernel_instances(precision)
+    best = best_instances(precision)
     try:
         return Library(load(extension_source(name, variants, best)))
     except LoopError:  # what is compiled asks the processor in its own way, and may know less of it than NumPy

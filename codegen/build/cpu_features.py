@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from ..targets.c.instances import BASELINE, OF_KERNELS, WIDE, Instance
+from ..targets.c.instances import OF_KERNELS, Instance
 
 
 @cache
@@ -38,13 +38,7 @@ def vector_options() -> tuple[str, ...]:
 
 
 def best_instances(precision: str) -> tuple[Instance, ...]:
-    """The one instance of a precision that an algorithm over items is compiled for at run time."""
-    candidates = WIDE if has_wide_vectors() else BASELINE
-    return tuple(i for i in candidates if i.tag.startswith(precision))
-
-
-def best_kernel_instances(precision: str) -> tuple[Instance, ...]:
-    """The one instance of a precision that kernels are compiled for at run time."""
+    """The one instance of a precision that kernels, and algorithms on several items, are compiled for at run time."""
     return tuple(i for i in OF_KERNELS if i.tag.startswith(precision) and runs(i))[-1:]
 
 

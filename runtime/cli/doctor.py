@@ -16,7 +16,7 @@ from typing import Any
 import click
 
 from ..codegen.build import cache
-from ..codegen.build.cpu_features import best_kernel_instances, processor_name
+from ..codegen.build.cpu_features import best_instances, processor_name
 from ..codegen.build.extension import compiler, has_python_headers
 from ..codegen.build.flags import C_FLAGS, compiled_files, source_hash, unit_file
 from ..codegen.errors import BladesmithError, MissingExtraError
@@ -162,7 +162,7 @@ def _text(module: Any, pointer: Any) -> str:
 
 def _instances() -> Facts:
     """The instruction sets in use: of each precision the last instance that the processor takes."""
-    in_use = ", ".join(i.tag for precision in ("f64", "f32") for i in best_kernel_instances(precision))
+    in_use = ", ".join(i.tag for precision in ("f64", "f32") for i in best_instances(precision))
     return {"instances": f"{in_use} (of {', '.join(i.tag for i in OF_KERNELS)})"}
 
 

@@ -15,7 +15,7 @@ import pytest
 
 import bladesmith as bs
 from bladesmith.codegen.build import extension
-from bladesmith.codegen.build.cpu_features import best_kernel_instances, has_wide_vectors
+from bladesmith.codegen.build.cpu_features import best_instances, has_wide_vectors
 from bladesmith.codegen.errors import InputError, SpecError
 from bladesmith.codegen.execute.arrays import BoundKernel
 from bladesmith.dispatch import stock_kernels
@@ -71,7 +71,7 @@ def test_a_unit_is_compiled_when_its_first_kernel_is_called(folder: Path, caplog
         for _ in range(2):
             assert np.array_equal(cross(*rows), written(folder, cross, *rows))
             assert np.array_equal(row(rows[0]), written(folder, row, rows[0]))
-        (instance,) = best_kernel_instances(precision)
+        (instance,) = best_instances(precision)
         (line,) = [r.getMessage() for r in caplog.records]
         assert line.startswith(f"compiled pga3d_{MODULE}_{instance.tag} in ")
 
@@ -160,7 +160,7 @@ def test_a_folder_without_its_texts_names_the_remedy(folder: Path) -> None:
     found = kernels(folder)
     (folder / "kernels" / f"{MODULE}.c").unlink()
     with pytest.raises(SpecError, match="bladesmith generate"):
-        extension.generated_unit(folder, stock_kernels.headers(), MODULE, best_kernel_instances("f64")[0])
+        extension.generated_unit(folder, stock_kernels.headers(), MODULE, best_instances("f64")[0])
     cross = bound(found, CROSS)
     assert np.array_equal(cross(*ROWS), written(folder, cross, *ROWS))
     with pytest.raises(SpecError, match="bladesmith generate"):

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from bladesmith.codegen.build import extension
-from bladesmith.codegen.build.cpu_features import best_kernel_instances, has_wide_vectors
+from bladesmith.codegen.build.cpu_features import best_instances, has_wide_vectors
 from bladesmith.codegen.build.flags import compiled_files, source_hash
 from bladesmith.codegen.targets.c.instances import PORTABLE
 
@@ -174,7 +174,7 @@ def test_wheel_works_from_another_directory(tree, wheel, tmp_path):
     assert Path(file) == target / "bladesmith" / "__init__.py"
     assert found == "True"
     assert stub == f"7 {expected}"
-    best = best_kernel_instances("f64")[0].tag  # of this machine
+    best = best_instances("f64")[0].tag  # of this machine
     assert not units.split(), "what FIRST_MODULES does not name is compiled at first use"
     known = python(code.replace("another3d", "cga3d"), target, cwd=tmp_path).split("\n")[-1]
     assert known.split() == ["products", best]

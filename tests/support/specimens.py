@@ -31,7 +31,7 @@ from bladesmith.codegen.algebra.multivector import (
 )
 from bladesmith.codegen.algebra.schema import load_spec, stock_spec_path
 from bladesmith.codegen.api import KernelFunction
-from bladesmith.codegen.build.cpu_features import best_kernel_instances
+from bladesmith.codegen.build.cpu_features import best_instances
 from bladesmith.codegen.build.extension import load
 from bladesmith.codegen.execute.arrays import BoundKernel, Library
 from bladesmith.codegen.formulas.objects.blades import blade_projector, project_to_blade
@@ -138,7 +138,7 @@ VARIANTS = {name: as_written(kernel) for name, kernel in KERNELS.items()}
 
 @cache
 def _c_library() -> Library:
-    instances = *best_kernel_instances("f64"), *best_kernel_instances("f32")
+    instances = *best_instances("f64"), *best_instances("f32")
     return Library(load(extension_source("specimens", list(VARIANTS.values()), instances)))
 
 

@@ -37,8 +37,8 @@ BS_INLINE void FN(bs_gather)(V *to, const S *rows, ptrdiff_t stride, ptrdiff_t s
 {
   ptrdiff_t start[W], k = 0;
   for (int l = 0; l < W; l++) start[l] = (l < lanes ? l : lanes - 1) * stride;
-#if BS_BITS == 64 && BS_BYTES == 32
-  for (; k + W <= size; k += W) FN(load_square)(to + k, rows + k, start, 0);
+#if BS_BITS == 64 && BS_BYTES >= 32
+  for (; k + 4 <= size; k += 4) FN(load_square)(to + k, rows + k, start, 0);
 #endif
 #if BS_BYTES != 0
   for (; k + 128 / BS_BITS <= size; k += 128 / BS_BITS) FN(load_block)(to + k, rows + k, start, 0);
@@ -52,8 +52,8 @@ BS_INLINE void FN(bs_scatter)(const V *from, S *rows, ptrdiff_t stride, ptrdiff_
 {
   ptrdiff_t start[W], k = 0;
   for (int l = 0; l < W; l++) start[l] = (l < lanes ? l : lanes - 1) * stride;
-#if BS_BITS == 64 && BS_BYTES == 32
-  for (; k + W <= size; k += W) FN(store_square)(rows + k, from + k, start, 0);
+#if BS_BITS == 64 && BS_BYTES >= 32
+  for (; k + 4 <= size; k += 4) FN(store_square)(rows + k, from + k, start, 0);
 #endif
 #if BS_BYTES != 0
   for (; k + 128 / BS_BITS <= size; k += 128 / BS_BITS) FN(store_block)(rows + k, from + k, start, 0);

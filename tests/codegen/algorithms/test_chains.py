@@ -15,11 +15,11 @@ from bladesmith.codegen.algorithms.chain_records import Frame, Goal, Joint, Sear
 from bladesmith.codegen.algorithms.chains import ChainAlgorithms, ChainKernels, chain_algorithms
 from bladesmith.codegen.api import KernelFunction
 from bladesmith.codegen.build import extension
-from bladesmith.codegen.build.cpu_features import has_wide_vectors
+from bladesmith.codegen.build.cpu_features import runs
 from bladesmith.codegen.language import Int, IntVector, Matrix, Out, Real, Reals, Rows, Vector
 from bladesmith.codegen.programs.chains import CLASSES, SHARED, algorithms_of, kernel_specs
 from bladesmith.codegen.programs.kernel_spec import trace_spec
-from bladesmith.codegen.targets.c.instances import BY_TAG
+from bladesmith.codegen.targets.c.instances import BY_TAG, OF_KERNELS
 from bladesmith.kinematics.serial.axes import prismatic_axis, revolute_axis, screw_axis
 from bladesmith.kinematics.serial.chain import Chain
 from bladesmith.kinematics.serial.driver import Driver
@@ -203,7 +203,7 @@ def test_the_derivative_of_poses_is_the_jacobian(algebra):
 
 
 @pytest.mark.compiles
-@pytest.mark.parametrize("tag", ["f64_scalar", "f64_base", *(["f64_v3"] if has_wide_vectors() else [])])
+@pytest.mark.parametrize("tag", ["f64_scalar", *(i.tag for i in OF_KERNELS if i.bits == 64 and runs(i))])
 def test_every_instance_gives_the_same_bits(case, tag):
     _, chain, p = case
     driver, q = Driver(chain.algebra.name, p, instance=BY_TAG[tag]), np.random.default_rng(3).uniform(-2, 2, (103, 4))

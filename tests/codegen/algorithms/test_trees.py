@@ -16,12 +16,12 @@ from bladesmith.codegen import algorithm
 from bladesmith.codegen.algorithms.chain_records import Joint
 from bladesmith.codegen.algorithms.trees.records import FRAME, SAME, Link
 from bladesmith.codegen.build import extension
-from bladesmith.codegen.build.cpu_features import has_wide_vectors
+from bladesmith.codegen.build.cpu_features import runs
 from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
 from bladesmith.codegen.language import Ints, Out, Reals, Rows, Vector
 from bladesmith.codegen.programs.tree_motion import tree_motion_program
 from bladesmith.codegen.programs.trees import CLASSES, SHARED, algorithms_of, tree_extension, tree_function
-from bladesmith.codegen.targets.c.instances import BY_TAG
+from bladesmith.codegen.targets.c.instances import BY_TAG, OF_KERNELS
 from bladesmith.kinematics.trees.driver import TreeDriver, TreeParameters
 from bladesmith.kinematics.trees.inertias import link_rows
 
@@ -107,7 +107,7 @@ def test_fifty_digits(algebra, has_frames):
 
 @pytest.mark.compiles
 @pytest.mark.parametrize("has_frames", [False, True])
-@pytest.mark.parametrize("tag", ["f64_scalar", "f64_base", *(["f64_v3"] if has_wide_vectors() else [])])
+@pytest.mark.parametrize("tag", ["f64_scalar", *(i.tag for i in OF_KERNELS if i.bits == 64 and runs(i))])
 def test_every_instance_gives_the_same_bits(tag, has_frames):
     p = tree(has_frames)
     one, other = TreeDriver("pga3d", p, instance=BY_TAG[tag]), TreeDriver("pga3d", p)

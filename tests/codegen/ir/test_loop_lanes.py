@@ -11,17 +11,17 @@ from bladesmith import cga3d as cga
 from bladesmith import codegen
 from bladesmith.codegen import algorithm
 from bladesmith.codegen.build import extension
-from bladesmith.codegen.build.cpu_features import has_wide_vectors
+from bladesmith.codegen.build.cpu_features import runs
 from bladesmith.codegen.errors import AlgorithmError
 from bladesmith.codegen.execute.items import CLoop
 from bladesmith.codegen.language import InOut, Int, Out, Real, Rows, Vector, empty, sin, sqrt, zeros
 from bladesmith.codegen.programs.algorithms import algorithm_extension
-from bladesmith.codegen.targets.c.instances import BY_TAG
+from bladesmith.codegen.targets.c.instances import BY_TAG, OF_KERNELS
 
 from ...support.build.programs import warnings_of
 
 pytestmark = pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
-INSTANCES = ["f64_scalar", "f64_base", *(["f64_v3"] if has_wide_vectors() else [])]
+INSTANCES = ["f64_scalar", *(i.tag for i in OF_KERNELS if i.bits == 64 and runs(i))]
 SHARED = ("weights", "count", "scale", "motor")
 
 
