@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from ...errors import SceneError, suggest
-from ...targets.c.instances import PORTABLE, SCALAR, Instance
+from ...targets.c.instances import OF_KERNELS, SCALAR, Instance
 from ...targets.templates import render
 from .. import Part, Program, program
 from . import kernels
@@ -84,7 +84,7 @@ def scene_program(wanted: SceneNeeds) -> Program:
         "instances": instances,
         "elementary": wanted.pictures,
         "tree": wanted.tree,
-        "wide": [i for i in PORTABLE if wanted.single or i.bits == 64] if wanted.wide else [],
+        "wide": [i for i in OF_KERNELS if wanted.single or i.bits == 64] if wanted.wide else [],
     }
     parts = [_wide_part(values, headers)] if wanted.wide else []
     parts += [

@@ -11,7 +11,7 @@ from bladesmith import tracer
 from bladesmith.codegen.build import cache
 from bladesmith.codegen.build import extension as build
 from bladesmith.codegen.build.extension import compiler, load
-from bladesmith.codegen.programs.tracer.scene import PORTABLE, QUICK, SCALAR, needs, scene_program
+from bladesmith.codegen.programs.tracer.scene import OF_KERNELS, QUICK, SCALAR, needs, scene_program
 from bladesmith.tracer.rendering import row_bands
 from bladesmith.tracer.rendering.engines import CEngine
 from bladesmith.tracer.scene import scene as scenes
@@ -88,7 +88,7 @@ def test_parts_are_there_for_the_next_scene(tmp_path, monkeypatch):
 def test_what_is_vector_code_gets_all_that_compilers_do():
     parts = {part.name: part for part in scene_program(needs(["plane", "sphere"], single=True)).parts}
     assert parts["scene_wide"].options == () and all(
-        f"BS_TAG {i.tag}\n" in parts["scene_wide"].source for i in PORTABLE
+        f"BS_TAG {i.tag}\n" in parts["scene_wide"].source for i in OF_KERNELS
     )
     parts = scene_program(needs(["evolved_circles_1"], single=True)).parts
     assert [part.options for part in parts] == [QUICK] * 2
