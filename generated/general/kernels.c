@@ -50,14 +50,42 @@ BS_V3_BEGIN
 BS_V3_END
 #endif
 
-static const struct { const char *name; int bits, wide; bs_product_batch batch; } bs_instances[] = {
+#if BS_HAVE_V3
+BS_V4_BEGIN
+#define BS_BITS 64
+#define BS_BYTES 64
+#define BS_TAG f64_v4
+#include "instance.h"
+#include "general.h"
+#include "instance_end.h"
+BS_V3_END
+#endif
+
+#if BS_HAVE_V3
+BS_V4_BEGIN
+#define BS_BITS 32
+#define BS_BYTES 64
+#define BS_TAG f32_v4
+#include "instance.h"
+#include "general.h"
+#include "instance_end.h"
+BS_V3_END
+#endif
+
+static const struct { const char *name; int bits, level; bs_product_batch batch; } bs_instances[] = {
   {"f64_base", 64, 0, product_batch_f64_base},
   {"f32_base", 32, 0, product_batch_f32_base},
 #if BS_HAVE_V3
-  {"f64_v3", 64, 1, product_batch_f64_v3},
+  {"f64_v3", 64, 3, product_batch_f64_v3},
 #endif
 #if BS_HAVE_V3
-  {"f32_v3", 32, 1, product_batch_f32_v3},
+  {"f32_v3", 32, 3, product_batch_f32_v3},
+#endif
+#if BS_HAVE_V3
+  {"f64_v4", 64, 4, product_batch_f64_v4},
+#endif
+#if BS_HAVE_V3
+  {"f32_v4", 32, 4, product_batch_f32_v4},
 #endif
 };
 
@@ -71,7 +99,8 @@ const char *bs_instance_name(int instance) { return bs_instances[instance].name;
 /* Use one instance for its precision; returns 0 where this processor cannot run it. */
 int bs_use_instance(int instance)
 {
-  if (bs_instances[instance].wide && !BS_CPU_HAS_V3()) return 0;
+  const int level = bs_instances[instance].level;
+  if (level && !(level == 3 ? BS_CPU_HAS_V3() : BS_CPU_HAS_V4())) return 0;
   bs_batches[bs_instances[instance].bits == 32] = bs_instances[instance].batch;
   return 1;
 }

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..templates import render, template_text
-from .extension import PORTABLE, Instance
+from .extension import OF_KERNELS, Instance
 
 
-def general_files(instances: Sequence[Instance] = PORTABLE) -> dict[str, str]:
+def general_files(instances: Sequence[Instance] = OF_KERNELS) -> dict[str, str]:
     """Generated files of the general product's extension: kernels.c and kernels.cdef."""
     return {
         "kernels.c": render("general.c.j2", instances=instances),

@@ -4,7 +4,7 @@
  * product of any algebra. Items are taken GENERAL_BLOCKS * W at a time, transposed, so that the table is read once
  * for all of them; single items and the tail read their rows directly. All ways give the same bits.
  */
-#define GENERAL_BLOCKS 2
+#define GENERAL_BLOCKS (BS_BYTES == 64 ? 1 : 2) /* as much of the cache */
 #define GENERAL_ITEMS (GENERAL_BLOCKS * W)
 
 static void FN(product_rows)(const bs_product *p, S *out, const S *a, const S *b)
