@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -248,7 +247,8 @@ class ItemCall:
     run : callable
         The compiled loop.
     new : callable
-        Makes its array of pointers: each thread has one of its own.
+        Makes its array of pointers: each call has one of its own, also where another thread, or a handler of a signal,
+        calls meanwhile.
     strides, counts : as `Loop.integers` makes them
     shape : tuple of int
         Of the result.
@@ -258,18 +258,19 @@ class ItemCall:
 
     def __init__(self, run: Any, new: Callable[[], Any], strides: Any, counts: Any, shape: tuple[int, ...], last: int):
         self._run, self._new, self._strides, self._counts, self._shape = run, new, strides, counts, shape
-        self._place, self._own = last, threading.local()
+        self._place, self._free = last, list[Any]()
 
     def __call__(self, row: Array) -> Array | None:
         """The result, for a row without gaps in double precision; None where it is not finite."""
         try:
-            pointers = self._own.pointers
-        except AttributeError:
-            pointers = self._own.pointers = self._new()
+            pointers = self._free.pop()
+        except IndexError:
+            pointers = self._new()
         place, result = self._place, np.empty(self._shape)
         held, room = from_buffer(row), from_buffer(result)
         pointers[place], pointers[place + 1] = held, room
         self._run(pointers, self._strides, self._counts, 0, 1)
+        self._free.append(pointers)
         return result if isfinite(np.vdot(result, result)) else None
 
 

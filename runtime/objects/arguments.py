@@ -38,7 +38,7 @@ def as_objects(x: Any, what: str = "the objects", grades: Sequence[int] = (1, 2,
         raise InputError(f"{what}: {short_repr(x)}; a multivector is needed.", remedy=remedy)
     if "ni" not in x.algebra.vectors:
         raise InputError(f"{what} belong to {x.algebra.name}; objects are those of conformal geometry.")
-    kind = object_kind(x, what, grades)
+    kind = x._type.memoize(("object", *grades), lambda: object_kind(x, what, grades))
     if kind == x.kind:
         whole = math.isfinite(x._largest_coefficient()) and (x._status is None or not x._status.any())
         return x if whole else invalidate_nonfinite(x)
@@ -78,7 +78,8 @@ def pair(x1: Any, x2: Any, grades: Sequence[int] = (1, 2, 3, 4)) -> tuple[Multiv
     """
     a, b = as_objects(x1, "the first objects", grades), as_objects(x2, "the second objects", grades)
     same_sort(a, b)
-    broadcast_shapes({"the first objects": a.shape, "the second objects": b.shape})
+    if a.shape != b.shape:
+        broadcast_shapes({"the first objects": a.shape, "the second objects": b.shape})
     return a, b
 
 
