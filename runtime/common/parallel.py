@@ -161,6 +161,13 @@ def interruptible(function: Callable[[], T]) -> T:
     return future.result()
 
 
+def serially(function: Callable[[], T]) -> T:
+    """Result of a function, all of whose work is done in the calling thread: for workers, of which there are several."""
+    found: list[T] = []
+    _call(lambda begin, end: found.append(function()), 0, 1)
+    return found[0]
+
+
 def split(part: Part, n: int, first: int | None = None, threads: int | None = None, is_whole: bool = False) -> None:
     """`run` for loops over cheap items, such as batches of products: few chunks, each worth a thread.
 

@@ -360,9 +360,7 @@ def _sample(task: _WorkspaceTask, positions: Array) -> dict[str, Array]:
 
 def _sample_serially(task: _WorkspaceTask, positions: Array) -> dict[str, Array]:
     """`_sample` on one thread, for workers, of which there are several."""
-    results: dict[str, Array] = {}
-    parallel.run(lambda a, b: results.update(_sample(task, positions[a:b])), len(positions), threads=1)
-    return results
+    return parallel.serially(lambda: _sample(task, positions))
 
 
 def _initial_pose(model: AnyModel) -> PoseBatch:

@@ -67,6 +67,7 @@ def _mechanisms(algebra: str) -> list[Unit]:
 PROGRAMS: dict[str, Callable[[], list[Unit]]] = {
     "specimens of kernels": lambda: _units(extension_source("specimens", list(VARIANTS.values()), PORTABLE + SCALAR)),
     **{f"kernels of {a} for f64_v3": lambda a=a: _kernels(a, "f64_v3") for a in STOCK},
+    **{f"kernels of pga3d for {tag}": lambda t=tag: _kernels("pga3d", t) for tag in ("f64_v4", "f32_v4")},
     "kernels of pga3d for f32_base": lambda: _kernels("pga3d", "f32_base"),  # other numbers, the same text
     **{f"table of {name}": lambda name=name: _generated(name) for name in STOCK},
     **{name: lambda name=name: _generated(name) for name in ("general", "merge", "reform")},
