@@ -162,7 +162,7 @@ def interruptible(function: Callable[[], T]) -> T:
 
 
 def serially(function: Callable[[], T]) -> T:
-    """Result of a function, all of whose work is done in the calling thread: for workers, of which there are several."""
+    """Result of a function, all of whose work is done in this thread: for workers, of which there are several."""
     found: list[T] = []
     _call(lambda begin, end: found.append(function()), 0, 1)
     return found[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..templates import render, template_text
-from .extension import OF_KERNELS, Instance
+from .instances import OF_KERNELS, Instance
 
 
 def general_files(instances: Sequence[Instance] = OF_KERNELS) -> dict[str, str]:
