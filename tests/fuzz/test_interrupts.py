@@ -89,7 +89,7 @@ def _products(folder: Path) -> Call:
 
 
 def _sum(folder: Path) -> Call:
-    x = CGA.multivector(np.ones((LARGE // 10, 32)))
+    x = CGA.multivector(np.ones((LARGE // 32, 32)))
     return lambda: x + 2.0 * x
 
 
