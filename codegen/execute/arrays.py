@@ -32,7 +32,7 @@ class Splitter(Protocol):
 #: None: this thread.
 _splitter: Splitter | None = None
 _F64, _F32 = np.dtype(np.float64), np.dtype(np.float32)
-_READY = 0x101  # flags of arrays that are contiguous and aligned: NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED
+READY = 0x101  # flags of arrays that are contiguous and aligned: NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED
 #: A plan's places for results and for arguments; the same numbers stand in templates/c/kernels/kernels.cdef.
 PLAN_OUTPUTS, PLAN_INPUTS = 8, 16
 
@@ -185,7 +185,7 @@ class Binding(ABC):
         """The leading shape that contiguous rows of float64 share: the short way. None where it is not so simple."""
         lead = None
         for a, size in zip(arrays, self._sizes, strict=True):
-            if type(a) is not np.ndarray or a.dtype is not _F64 or a.flags.num & _READY != _READY:
+            if type(a) is not np.ndarray or a.dtype is not _F64 or a.flags.num & READY != READY:
                 return None
             own = a.shape
             if size:
@@ -264,7 +264,7 @@ class BoundKernel(Binding):
         """The result for one item, two contiguous float64 rows: the short way. None where it is not that simple."""
         if type(a) is not np.ndarray or type(b) is not np.ndarray or a.dtype is not _F64 or b.dtype is not _F64:
             return None
-        if [a.shape, b.shape] != self._shapes or a.flags.num & b.flags.num & _READY != _READY:
+        if [a.shape, b.shape] != self._shapes or a.flags.num & b.flags.num & READY != READY:
             return None
         out = np.empty(self._result_shape)
         buffer = self._from_buffer

@@ -212,9 +212,7 @@ class CLoop(Loop):
         run.__dict__["arrays"] = arrays  # of which the pointers know nothing
         return run
 
-    def item_call(
-        self, shared: Sequence[Any], strides: Any, counts: Any, shape: tuple[int, ...]
-    ) -> ItemCall:
+    def item_call(self, shared: Sequence[Any], strides: Any, counts: Any, shape: tuple[int, ...]) -> ItemCall:
         """The loop for single items that share all arrays but the last one, a row, and the result.
 
         Parameters

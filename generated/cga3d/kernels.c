@@ -374,11 +374,7 @@ int bs_kernel_count(void) { return BS_COUNT(bs_names); }
 const char *bs_kernel_name(int kernel) { return bs_names[kernel]; }
 int bs_instance_count(void) { return BS_COUNT(bs_instances); }
 const char *bs_instance_name(int instance) { return bs_instances[instance].name; }
-int bs_instance_runs(int instance)
-{
-  const int level = bs_instances[instance].level;
-  return level == 0 || (level == 3 ? BS_CPU_HAS_V3() : BS_CPU_HAS_V4());
-}
+int bs_instance_runs(int instance) { return bs_cpu_runs(bs_instances[instance].level); }
 int bs_has(int kernel, int single) { return bs_tables[single][kernel] != NULL; }
 int bs_instance_has(int instance, int kernel) { return bs_loops[instance][kernel] != NULL; }
 

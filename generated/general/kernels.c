@@ -99,8 +99,7 @@ const char *bs_instance_name(int instance) { return bs_instances[instance].name;
 /* Use one instance for its precision; returns 0 where this processor cannot run it. */
 int bs_use_instance(int instance)
 {
-  const int level = bs_instances[instance].level;
-  if (level && !(level == 3 ? BS_CPU_HAS_V3() : BS_CPU_HAS_V4())) return 0;
+  if (!bs_cpu_runs(bs_instances[instance].level)) return 0;
   bs_batches[bs_instances[instance].bits == 32] = bs_instances[instance].batch;
   return 1;
 }

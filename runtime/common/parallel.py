@@ -16,7 +16,7 @@ from time import perf_counter
 from typing import TypeVar
 
 from ..codegen.execute.arrays import install_splitter
-from ..codegen.execute.ranges import FIRST, TimedRanges, run_serially
+from ..codegen.execute.ranges import FIRST, FIRST_CHEAP, TimedRanges, run_serially
 from ..codegen.interrupts import deferred_interrupts
 from .validation import as_int
 
@@ -28,8 +28,6 @@ CHUNKS_PER_THREAD = 16
 GRAIN = 16384
 #: Cheap items that are one call, whatever.
 FEW = 1024
-#: Cheap items of a thread's first chunk: the more, the less a pool costs; 0.3 s of those that take 5 microseconds.
-SHARED_AT_FIRST = 1 << 16
 #: More threads than any machine runs at once: a count beyond is a mistake, and their stacks would not fit.
 MOST_THREADS = 4096
 #: How often a waiting main thread looks up, in seconds, so that an interrupt is seen at once everywhere.
@@ -190,7 +188,7 @@ def split(part: Part, n: int, first: int | None = None, threads: int | None = No
         run_serially(timed, n, first)
     else:
         most = max(GRAIN, -(-n // count))
-        _run_threaded(part, TimedRanges(n, first or SHARED_AT_FIRST, most), count)
+        _run_threaded(part, TimedRanges(n, first or FIRST_CHEAP, most), count)
 
 
 def _run_serial(part: Part, ranges: TimedRanges, progress: Callable[[int], None] | None) -> None:

@@ -17,12 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..codegen.algebra.algebra import Kind, numbers, scalar_argument
 from ..codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, SingularError, TraceError
+from ..codegen.execute.arrays import READY
 from ..common.dtypes import F64, common_precision
 from ..common.validation import all_finite, as_bool, real_array
 from ..status import Status
 from . import kind_inference
 from .coefficients import embed
-from .item_plans import NO_PLAN, READY, ItemPlan, NoPlan, make_plan
+from .item_plans import NO_PLAN, ItemPlan, NoPlan, make_plan
 from .kernel_entries import Entry, Key, Result
 from .multivector_data import M, MultivectorData, Statuses, from_buffer, statuses
 from .types import TypedAlgebra

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.execute.arrays import BoundKernel
+from ..codegen.execute.arrays import READY, BoundKernel
 from ..common.dtypes import F64
 from .kernel_entries import Key, Result
 from .multivector_data import from_buffer
@@ -20,8 +20,6 @@ from .types import Type, TypedAlgebra
 
 #: Operands that the compiled call takes, and results.
 MOST_OPERANDS, MOST_RESULTS = 4, 8
-#: Flags of arrays that are contiguous and aligned.
-READY = 0x101
 #: The status OK of a single item.
 OK_ALONE = np.zeros((), np.uint8)
 OK_ALONE.flags.writeable = False
@@ -128,4 +126,4 @@ def make_plan(algebra: TypedAlgebra, run: Any, inputs: Sequence[Key], outputs: S
     return ItemPlan(run, len(inputs), outputs, types)
 
 
-__all__ = ["NO_PLAN", "OK_ALONE", "READY", "ItemPlan", "NoPlan", "is_plain", "make_plan"]
+__all__ = ["NO_PLAN", "OK_ALONE", "ItemPlan", "NoPlan", "is_plain", "make_plan"]

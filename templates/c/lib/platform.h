@@ -124,6 +124,14 @@ static inline BS_UNUSED int bs_cpu_has_v4(void)
 #define BS_V3_END
 #endif
 
+#if !defined(__CUDACC__)
+/* Whether this processor runs what is compiled for a level of x86-64: 0 for all, 3 and 4 as above. */
+static inline BS_UNUSED int bs_cpu_runs(int level)
+{
+  return level == 0 || (level == 3 && BS_CPU_HAS_V3()) || (level == 4 && BS_CPU_HAS_V4());
+}
+#endif
+
 /* gcc notes that passing vectors by value changed between its versions 4.5 and 4.6. Nothing passes them across
  * a file's border here: every function that takes one is inlined. */
 #if defined(__GNUC__)

@@ -116,8 +116,10 @@ BS_INLINE BS_HALF FN(load_half)(const S *src) { return (BS_HALF)(*(const FN(loos
 
 BS_INLINE void FN(store_half)(S *dst, BS_HALF v) { *(FN(loose) *)dst = (FN(loose))v; }
 
-#if BS_BYTES == 32 /* gcc folds a memory operand into the instruction only when it is called by name */
-BS_INLINE V FN(join)(BS_HALF a, BS_HALF b)
+#if BS_BYTES >= 32 /* gcc folds a memory operand into the instruction only when it is called by name */
+typedef S FN(piece32) __attribute__((vector_size(32)));
+
+BS_INLINE FN(piece32) FN(join)(BS_HALF a, BS_HALF b)
 {
 #if defined(__clang__) && BS_BITS == 64
   return __builtin_shufflevector(a, b, 0, 1, 2, 3);
@@ -130,7 +132,7 @@ BS_INLINE V FN(join)(BS_HALF a, BS_HALF b)
 #endif
 }
 
-BS_INLINE BS_HALF FN(lower)(V v)
+BS_INLINE BS_HALF FN(lower)(FN(piece32) v)
 {
 #if defined(__clang__) && BS_BITS == 64
   return __builtin_shufflevector(v, v, 0, 1);
@@ -143,7 +145,7 @@ BS_INLINE BS_HALF FN(lower)(V v)
 #endif
 }
 
-BS_INLINE BS_HALF FN(upper)(V v)
+BS_INLINE BS_HALF FN(upper)(FN(piece32) v)
 {
 #if defined(__clang__) && BS_BITS == 64
   return __builtin_shufflevector(v, v, 2, 3);
@@ -157,8 +159,7 @@ BS_INLINE BS_HALF FN(upper)(V v)
 }
 #endif
 
-#if BS_BYTES == 64 /* by name here too */
-typedef S FN(piece32) __attribute__((vector_size(32)));
+#if BS_BYTES == 64
 typedef S FN(loose32) __attribute__((vector_size(32), aligned(sizeof(S)), may_alias));
 
 BS_INLINE V FN(join32)(FN(piece32) a, FN(piece32) b)
@@ -193,39 +194,13 @@ BS_INLINE FN(piece32) FN(half32)(V v, int upper)
                : __builtin_ia32_extractf32x8_mask(v, 0, none, (unsigned char)-1);
 #endif
 }
-
-BS_INLINE FN(piece32) FN(join16)(BS_HALF a, BS_HALF b)
-{
-#if defined(__clang__) && BS_BITS == 64
-  return __builtin_shufflevector(a, b, 0, 1, 2, 3);
-#elif defined(__clang__)
-  return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
-#elif BS_BITS == 64
-  return __builtin_ia32_vinsertf128_pd256(__builtin_ia32_pd256_pd(a), b, 1);
-#else
-  return __builtin_ia32_vinsertf128_ps256(__builtin_ia32_ps256_ps(a), b, 1);
-#endif
-}
-
-BS_INLINE BS_HALF FN(quarter)(FN(piece32) v, int upper)
-{
-#if defined(__clang__) && BS_BITS == 64
-  return upper ? __builtin_shufflevector(v, v, 2, 3) : __builtin_shufflevector(v, v, 0, 1);
-#elif defined(__clang__)
-  return upper ? __builtin_shufflevector(v, v, 4, 5, 6, 7) : __builtin_shufflevector(v, v, 0, 1, 2, 3);
-#elif BS_BITS == 64
-  return upper ? __builtin_ia32_vextractf128_pd256(v, 1) : __builtin_ia32_pd_pd256(v);
-#else
-  return upper ? __builtin_ia32_vextractf128_ps256(v, 1) : __builtin_ia32_ps_ps256(v);
-#endif
-}
 #endif
 
 /* A vector of 16 bytes of each of BS_PIECES rows; and piece l of a vector. */
 BS_INLINE V FN(join_pieces)(const BS_HALF *p)
 {
 #if BS_BYTES == 64
-  return FN(join32)(FN(join16)(p[0], p[1]), FN(join16)(p[2], p[3]));
+  return FN(join32)(FN(join)(p[0], p[1]), FN(join)(p[2], p[3]));
 #elif BS_BYTES == 32
   return FN(join)(p[0], p[1]);
 #else
@@ -236,7 +211,7 @@ BS_INLINE V FN(join_pieces)(const BS_HALF *p)
 BS_INLINE BS_HALF FN(piece_of)(V v, int l)
 {
 #if BS_BYTES == 64
-  return FN(quarter)(FN(half32)(v, l >> 1), l & 1);
+  return l & 1 ? FN(upper)(FN(half32)(v, l >> 1)) : FN(lower)(FN(half32)(v, l >> 1));
 #elif BS_BYTES == 32
   return l ? FN(upper)(v) : FN(lower)(v);
 #else
