@@ -12,7 +12,9 @@ from ..ir.loops.nodes import Function, KernelSignature
 from ..ir.loops.types import BOOL, ArrayType, Scalar
 from ..optimise.variants import Variant
 from ..targets.c.instances import ONE_BY_ONE, Instance
-from ..targets.c.lanes import Lanes
+from ..targets.c.lanes.items import lanes_item
+from ..targets.c.lanes.printer import lanes_text
+from ..targets.c.lanes.varying import Lanes
 from ..targets.c.loops import c_functions, needs_elementary
 from ..targets.c.names import c_function_name, stored_type
 from ..targets.c.printer import ELEMENTARY
@@ -130,7 +132,8 @@ def algorithm_files(
     arrays, item, text = None, c_item(function), ""
     if shared is not None:
         lanes = Lanes(function, shared)
-        (arrays, item), text = lanes.item(), lanes.text()
+        text = lanes_text(lanes)
+        arrays, item = lanes_item(lanes)
     values = {"instances": instances, "arrays": arrays, "item": item, "elementary": elementary}
     return {
         "kernels.c": render(_MAIN, function=function, **values),

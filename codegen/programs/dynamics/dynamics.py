@@ -104,7 +104,9 @@ def _made_once(target: str, needs: DynamicsConfig, make: Callable[[], str]) -> s
 
 
 def _c_texts(needs: DynamicsConfig) -> dict[str, Any]:
-    from ...targets.c.lanes import LANES_TAG, Lanes, c_call_of_lanes
+    from ...targets.c.lanes.items import LANES_TAG, c_call_of_lanes
+    from ...targets.c.lanes.printer import lanes_text
+    from ...targets.c.lanes.varying import Lanes
     from ...targets.c.loops import c_functions
 
     functions, before, series, wide = _functions(needs)
@@ -114,7 +116,7 @@ def _c_texts(needs: DynamicsConfig) -> dict[str, Any]:
         call, root = wide
         roots.append(root)
         found = Lanes(root, [p.name for p in root.parameters if not p.name.startswith("d_")])
-        lanes = found.text()
+        lanes = lanes_text(found)
         call_of_lanes = c_call_of_lanes(call, found, LANES_TAG, ("d_numbers", "d_bodies", "d_w"))
     own = {spec.name for spec in _kernel_specs(needs)}
     return {

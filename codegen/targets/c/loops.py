@@ -107,6 +107,10 @@ class CLoopPrinter(LoopPrinter):
         """C type of a number, or of those of an array."""
         return TYPES[scalar]
 
+    def stored_type(self, array: Array) -> str:
+        """C type of the numbers of a parameter's array."""
+        return STORED.get(array.type.bits) or self.type_of(array.name, array.type.scalar)
+
     def result_type(self, k: int) -> str:
         """C type of a number that the function returns."""
         return TYPES[self.function.results[k]]
@@ -155,7 +159,7 @@ class CLoopPrinter(LoopPrinter):
             assert isinstance(parameter.type, Scalar)
             return [f"{self.type_of(parameter.name, parameter.type)} {name}"]
         const = "const " if parameter.access == "in" else ""
-        type = STORED.get(parameter.type.bits) or self.type_of(parameter.name, parameter.type.scalar)
+        type = self.stored_type(Array(parameter.name, parameter.type))
         if parameter.type.is_open:
             count = [f"ptrdiff_t {name}_count_"] if parameter.name in counted(self.function) else []
             return [f"{const}{type} *{name}", *count]

@@ -37,7 +37,7 @@ _TAKEN = frozenset(_WORDS.split())
 
 
 #: Headers before the functions of an algorithm.
-_HEADERS = ("instance.h", "rows.h", "loops.h", "elementary.h")
+_HEADERS = ("instance.h", "rows.h", "loops.h", "lanes.h", "elementary.h")
 
 
 def c_function_name(name: str) -> str:

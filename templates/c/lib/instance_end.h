@@ -48,3 +48,6 @@
 #undef STUMPFF3
 #undef STUMPFF4
 #undef STUMPFF5
+#undef BS_EACH
+#undef BS_NONE
+#undef BS_SET

@@ -30,35 +30,3 @@ BS_INLINE ptrdiff_t bs_remainder(ptrdiff_t a, ptrdiff_t b)
 /* Of one instance: as min and max of Python, the first unless the second is less or greater. */
 BS_INLINE S FN(bs_min)(S a, S b) { return b < a ? b : a; }
 BS_INLINE S FN(bs_max)(S a, S b) { return b > a ? b : a; }
-
-#ifdef BS_LANES /* With rows.h: of W items, each a lane of a V; beyond the last item the last again. */
-/* Numbers of a row from each item, rows a stride apart. */
-BS_INLINE void FN(bs_gather)(V *to, const S *rows, ptrdiff_t stride, ptrdiff_t size, int lanes)
-{
-  ptrdiff_t start[W], k = 0;
-  for (int l = 0; l < W; l++) start[l] = (l < lanes ? l : lanes - 1) * stride;
-#if BS_BITS == 64 && BS_BYTES >= 32
-  for (; k + 4 <= size; k += 4) FN(load_square)(to + k, rows + k, start, 0);
-#endif
-#if BS_BYTES != 0
-  for (; k + 128 / BS_BITS <= size; k += 128 / BS_BITS) FN(load_block)(to + k, rows + k, start, 0);
-#endif
-  for (; k < size; k++)
-    for (int l = 0; l < W; l++) ((S *)(to + k))[l] = rows[start[l] + k];
-}
-
-/* And back. */
-BS_INLINE void FN(bs_scatter)(const V *from, S *rows, ptrdiff_t stride, ptrdiff_t size, int lanes)
-{
-  ptrdiff_t start[W], k = 0;
-  for (int l = 0; l < W; l++) start[l] = (l < lanes ? l : lanes - 1) * stride;
-#if BS_BITS == 64 && BS_BYTES >= 32
-  for (; k + 4 <= size; k += 4) FN(store_square)(rows + k, from + k, start, 0);
-#endif
-#if BS_BYTES != 0
-  for (; k + 128 / BS_BITS <= size; k += 128 / BS_BITS) FN(store_block)(rows + k, from + k, start, 0);
-#endif
-  for (; k < size; k++)
-    for (int l = 0; l < W; l++) rows[start[l] + k] = ((const S *)(from + k))[l];
-}
-#endif

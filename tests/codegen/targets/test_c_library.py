@@ -61,13 +61,13 @@ void scatter_@(const S *columns, S *rows, ptrdiff_t stride, ptrdiff_t size, int 
 @pytest.fixture(scope="module")
 def library() -> Any:
     """The functions of all instances, for cffi."""
-    lines = ["#include <string.h>", '#include "platform.h"', "#define BS_LANES"]
+    lines = ["#include <string.h>", '#include "platform.h"']
     declared = [f"ptrdiff_t called_{name}(ptrdiff_t, ptrdiff_t);" for name in OF_INTEGERS]
     declared.append("ptrdiff_t called_bs_magnitude(ptrdiff_t);")
     for tag, bits, width in INSTANCES:
         begin, end = ("BS_V3_BEGIN", "BS_V3_END") if width == 32 else ("", "")
         lines += [begin, f"#define BS_BITS {bits}", f"#define BS_BYTES {width}", f"#define BS_TAG {tag}"]
-        lines += ['#include "instance.h"', '#include "rows.h"', '#include "loops.h"', OF_INSTANCE.replace("@", tag)]
+        lines += ['#include "instance.h"', '#include "rows.h"', '#include "loops.h"', '#include "lanes.h"', OF_INSTANCE.replace("@", tag)]
         lines += ['#include "instance_end.h"', end]
         number = "double" if bits == 64 else "float"
         declared += [
