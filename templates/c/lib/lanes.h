@@ -50,7 +50,8 @@ BS_INLINE V FN(bs_most)(V a, V b) { return SELECT(GT(b, a), b, a); }
 BS_INLINE I FN(bs_least_of)(I a, I b) { return FN(bs_choose)(b < a, b, a); }
 BS_INLINE I FN(bs_most_of)(I a, I b) { return FN(bs_choose)(b > a, b, a); }
 BS_INLINE I FN(bs_magnitudes)(I a) { return FN(bs_choose)(a < 0, -a, a); }
-BS_INLINE I FN(bs_shifted)(I a, I b) { return (I)((UI)a << (UI)b); }
+BS_INLINE I FN(bs_shifted)(I a, I b) { return (I)((UI)a << ((UI)b & (BS_BITS - 1))); }
+BS_INLINE I FN(bs_shifted_back)(I a, I b) { return a >> (b & (BS_BITS - 1)); }
 
 #define BS_EACH_LANE for (int l = 0; l < W; l++)
 
@@ -75,11 +76,15 @@ BS_INLINE I FN(bs_cut)(V v)
   return a;
 }
 
+/* Not inlined: gcc 12 makes -1 of the quotient a / a of lanes (its vectorizer takes the 1 for a mask). */
+BS_COLD ptrdiff_t FN(bs_quotient_of_lane)(ptrdiff_t a, ptrdiff_t b) { return bs_quotient(a, b); }
+BS_COLD ptrdiff_t FN(bs_remainder_of_lane)(ptrdiff_t a, ptrdiff_t b) { return bs_remainder(a, b); }
+
 BS_INLINE I FN(bs_quotients)(I a, I b)
 {
   I c = a;
   BS_UNROLL
-  BS_EACH_LANE BS_SET(c, l, (BS_INT)bs_quotient(BS_LANE(a, l), BS_LANE(b, l)));
+  BS_EACH_LANE BS_SET(c, l, (BS_INT)FN(bs_quotient_of_lane)(BS_LANE(a, l), BS_LANE(b, l)));
   return c;
 }
 
@@ -87,7 +92,7 @@ BS_INLINE I FN(bs_remainders)(I a, I b)
 {
   I c = a;
   BS_UNROLL
-  BS_EACH_LANE BS_SET(c, l, (BS_INT)bs_remainder(BS_LANE(a, l), BS_LANE(b, l)));
+  BS_EACH_LANE BS_SET(c, l, (BS_INT)FN(bs_remainder_of_lane)(BS_LANE(a, l), BS_LANE(b, l)));
   return c;
 }
 

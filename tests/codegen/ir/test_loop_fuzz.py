@@ -58,7 +58,7 @@ class Grammar(random.Random):
             f"({a}) {self.choice(('//', '%'))} {self.choice((-3, 2, 5))}", f"min({a}, {b})", f"max({a}, {b})",
             f"({a} if {self.condition(depth - 1)} else {b})", f"n[({a}) % 4]", f"{a} - {b} - {c}", f"{a} - ({b} - {c})",
             "(int({0}) if abs({0}) < 1e6 else {1})".format(self.real(0), b), f"({a} {self.choice('&|^')} {b})",
-            f"({a}) {self.choice(('<<', '>>'))} {self.randint(0, 5)}", f"({a}) >> ({b} & 7)",
+            f"(({a}) {self.choice(('<<', '>>'))} {self.randint(0, 5)})", f"(({a}) >> ({b} & 7))",
         ))  # fmt: skip
 
     def real(self, depth: int) -> str:

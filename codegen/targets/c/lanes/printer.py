@@ -39,6 +39,7 @@ _OF_VECTORS = frozenset(("sqrt", "abs", "sin", "cos", "exp", "log", "atan2"))
 _OF_LANES = {
     "min": "bs_least", "max": "bs_most", "imin": "bs_least_of", "imax": "bs_most_of", "iabs": "bs_magnitudes",
     "real": "bs_reals", "int": "bs_cut", "//": "bs_quotients", "%": "bs_remainders", "<<": "bs_shifted",
+    ">>": "bs_shifted_back",
 }  # fmt: skip
 _TYPES = {REAL: "V", INT: "I", BOOL: "M"}
 #: One value for all items.
@@ -111,20 +112,20 @@ class LanePrinter(CLoopPrinter):
                 return super()._print(expression)
             case Select(condition, yes, no, type):
                 if not varies(self.names, condition):
-                    return self.select(self.inside(condition, 1), self._vector(yes), self._vector(no)), 0
+                    return f"({self.select(self.inside(condition, 1), self._vector(yes), self._vector(no))})", ATOM
                 function = "SELECT" if type == REAL else "FN(bs_choose)"
                 return f"{function}({self.text(condition)}, {self._vector(yes)}, {self._vector(no)})", ATOM
             case Intrinsic(name, arguments, _) if name in _OF_LANES:
                 return self._of_lanes(name, arguments), ATOM
             case Unary("not", operand, _):
                 return f"NOT({self.text(operand)})", ATOM
-            case Binary("//" | "%" | "<<" as operator, left, right, _):
+            case Binary("//" | "%" | "<<" | ">>" as operator, left, right, _):
                 return self._of_lanes(operator, (left, right)), ATOM
             case Binary("and" | "or" as operator, left, right, _):
                 return f"{operator.upper()}({self._vector(left)}, {self._vector(right)})", ATOM
             case Binary(operator, left, right, _) if operator in _COMPARISONS:
                 return f"{_COMPARISONS[operator]}({self._vector(left)}, {self._vector(right)})", ATOM
-            case Binary(operator, left, right, type) if type == INT:
+            case Binary(operator, left, right, type) if type != REAL:
                 return f"({self._operand(left)} {operator} {self._operand(right)})", ATOM
             case _:
                 return super()._print(expression)
@@ -133,7 +134,7 @@ class LanePrinter(CLoopPrinter):
         return f"FN({_OF_LANES[name]})({', '.join(self._vector(a) for a in arguments)})"
 
     def _operand(self, value: Expression) -> str:
-        return self.inside(value, ATOM) if isinstance(value, Constant) else self._vector(value)
+        return self.inside(value, ATOM) if isinstance(value, Constant) and value.type == INT else self._vector(value)
 
     # -- calls ---------------------------------------------------------------------------------------------------------
 
