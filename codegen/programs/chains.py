@@ -28,6 +28,7 @@ SHARED = {
     "forward": ("joints", "frames", "base"),
     "jacobian": ("joints", "tool", "base", "frame"),
     "twists": ("joints", "base"),
+    "inverse": ("joints", "tool", "base", "limits", "restarts", "poses", "search", "iterations", "nearest"),
 }
 #: What the C texts depend on, from the package's folder.
 _SOURCES = (

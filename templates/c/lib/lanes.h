@@ -97,13 +97,13 @@ BS_INLINE I FN(bs_remainders)(I a, I b)
 }
 
 /* Elements of arrays that each item has, and of one that they share. */
-#define BS_TAKE(name, type, vector, number)                   \
-  BS_INLINE vector FN(name)(const type *from, I places)       \
-  {                                                           \
-    vector v = {0};                                           \
-    BS_UNROLL                                                 \
+#define BS_TAKE(name, type, vector, number)                         \
+  BS_INLINE vector FN(name)(const type *from, I places)             \
+  {                                                                 \
+    vector v = {0};                                                 \
+    BS_UNROLL                                                       \
     BS_EACH_LANE BS_SET(v, l, (number)BS_ELEMENT(from, l, places)); \
-    return v;                                                 \
+    return v;                                                       \
   }
 #define BS_ELEMENT(from, l, places) BS_LANE(from[BS_LANE(places, l)], l)
 BS_TAKE(bs_take, V, V, S)
@@ -160,16 +160,16 @@ BS_INLINE void FN(bs_scatter)(const V *from, S *rows, ptrdiff_t stride, ptrdiff_
 }
 
 /* The same of integers, by the type in which they are stored. */
-#define BS_ROWS(type, bits)                                                                                       \
-  BS_INLINE void FN(bs_gather##bits)(I *to, const type *rows, ptrdiff_t stride, ptrdiff_t size, int lanes)        \
-  {                                                                                                               \
-    for (ptrdiff_t k = 0; k < size; k++)                                                                          \
-      BS_EACH_LANE BS_SET(to[k], l, (BS_INT)rows[(l < lanes ? l : lanes - 1) * stride + k]);                      \
-  }                                                                                                               \
-  BS_INLINE void FN(bs_scatter##bits)(const I *from, type *rows, ptrdiff_t stride, ptrdiff_t size, int lanes)     \
-  {                                                                                                               \
-    for (ptrdiff_t k = 0; k < size; k++)                                                                          \
-      for (int l = 0; l < lanes; l++) rows[l * stride + k] = (type)BS_LANE(from[k], l);                           \
+#define BS_ROWS(type, bits)                                                                                   \
+  BS_INLINE void FN(bs_gather##bits)(I * to, const type *rows, ptrdiff_t stride, ptrdiff_t size, int lanes)   \
+  {                                                                                                           \
+    for (ptrdiff_t k = 0; k < size; k++)                                                                      \
+      BS_EACH_LANE BS_SET(to[k], l, (BS_INT)rows[(l < lanes ? l : lanes - 1) * stride + k]);                  \
+  }                                                                                                           \
+  BS_INLINE void FN(bs_scatter##bits)(const I *from, type *rows, ptrdiff_t stride, ptrdiff_t size, int lanes) \
+  {                                                                                                           \
+    for (ptrdiff_t k = 0; k < size; k++)                                                                      \
+      for (int l = 0; l < lanes; l++) rows[l * stride + k] = (type)BS_LANE(from[k], l);                       \
   }
 BS_ROWS(ptrdiff_t, 64)
 BS_ROWS(int32_t, 32)

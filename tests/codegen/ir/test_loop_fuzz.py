@@ -12,6 +12,8 @@ import pytest
 
 from bladesmith.codegen.build import extension
 
+from ...support.lanes import TAGS, by_lanes
+
 HEAD = """
 from bladesmith.codegen import algorithm
 from bladesmith.codegen.language import (
@@ -188,3 +190,19 @@ def test_random_algorithms_have_the_same_bits_everywhere(seed: int, tmp_path: Pa
     by_c = run(*given)
     same_bits(by_c, [np.array([e[k] for e in expected]) for k in range(5)])
     same_bits(run.on("numba")(*given), by_c)
+
+
+@pytest.mark.compiles
+@pytest.mark.peers
+@pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
+@pytest.mark.parametrize("shared", [(), ("s", "m")])
+@pytest.mark.parametrize("seed", [3, 4])
+def test_random_algorithms_have_the_same_bits_on_several_items(
+    seed: int, shared: tuple[str, ...], tmp_path: Path
+) -> None:
+    run, given = module_of(seed, tmp_path).run, items(seed)
+    given = tuple(a[0] if name in shared else a for name, a in zip("xnasm", given, strict=True))
+    expected = run(*given)
+    for tag in TAGS:
+        found = by_lanes(run, given, ITEMS, tag, shared)
+        same_bits([f.reshape(e.shape) for f, e in zip(found, expected, strict=True)], expected)

@@ -11,17 +11,16 @@ from bladesmith import cga3d as cga
 from bladesmith import codegen
 from bladesmith.codegen import algorithm
 from bladesmith.codegen.build import extension
-from bladesmith.codegen.build.cpu_features import runs
 from bladesmith.codegen.errors import AlgorithmError
 from bladesmith.codegen.execute.items import CLoop
-from bladesmith.codegen.language import InOut, Int, Out, Real, Rows, Vector, empty, sin, sqrt, zeros
+from bladesmith.codegen.language import Bool, InOut, Int, IntVector, Out, Real, Rows, Vector, empty, sin, sqrt, zeros
 from bladesmith.codegen.programs.algorithms import algorithm_extension
-from bladesmith.codegen.targets.c.instances import BY_TAG, OF_KERNELS
+from bladesmith.codegen.targets.c.instances import BY_TAG
 
 from ...support.build.programs import warnings_of
+from ...support.lanes import TAGS, by_lanes
 
 pytestmark = pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
-INSTANCES = ["f64_scalar", *(i.tag for i in OF_KERNELS if i.bits == 64 and runs(i))]
 SHARED = ("weights", "count", "scale", "motor")
 
 
@@ -71,23 +70,65 @@ def several(
 
 
 @algorithm
-def branching(x: Real) -> Real:
-    """A path that differs."""
+def halve(x: InOut[Vector[3]], k: Int) -> Bool:
+    """An element that differs, of an array of the caller, and a return before the end."""
+    if x[k] > 8.0:
+        return True
+    x[k] *= 0.5
+    return False
+
+
+@algorithm
+def parting(
+    table: IntVector[4], limits: Rows[1], x: InOut[Vector[3]], n: InOut[IntVector[2]], way: Int
+) -> tuple[Real, Int, Bool]:
+    """All that parts items: branches, loops that end at different times, jumps, indices, and parts of arrays."""
+    total = 0.0
+    found = False
+    steps = 0
+    for k in range(way, 3):
+        if x[k] < 0.0:
+            continue
+        while x[k] > 1.0 and steps < 20:
+            steps += 1
+            stops = halve(x, table[k])
+            if stops:
+                found = True
+                break
+            total += limits[k, 0] if x[k] < limits[k, 0] else x[table[way]]
+        for j in range(table[k]):
+            n[j % 2] += j
+            if n[0] > 40:
+                return total, -steps, found
+    if way > 0 and limits[way - 1, 0] < x[way - 1]:
+        n[1] = n[1] << way
+    own = zeros(2)
+    own[:] = x[way % 2 : way % 2 + 2]
+    return total + own[0] / own[1], steps, found or n[0] > 3
+
+
+@algorithm
+def common(x: Real, sums: InOut[Vector[2]]) -> Real:
+    """What all items share, changed by some."""
     if x > 0.0:
-        return 1.0
-    return 2.0
+        sums[0] += 1.0
+    return x
 
 
 @algorithm
-def indexed(x: Vector[3], k: Int) -> Real:
-    """An index that differs."""
-    return x[k]
+def sums_of_two(a: Rows[2], b: Rows[2], x: Rows[1]) -> Real:
+    """Rows that all items share, and others, for one algorithm."""
+    sums = zeros(3)
+    first = weighted(a, x, sums)
+    second = weighted(b, x, sums)
+    return first + second
 
 
 @algorithm
-def counted(x: Real) -> Int:
-    """A result that is no real number."""
-    return int(x)
+def rows_of_items(weights: Rows[2], x: Rows[1], k: Int) -> Real:
+    """Rows that begin where each item says."""
+    sums = zeros(3)
+    return weighted(weights, x[k:], sums)
 
 
 def arguments(items: int) -> list[np.ndarray]:
@@ -103,7 +144,7 @@ def function_of(declared, given=()):
     return declared.function_for(given or declared.declared_arguments())
 
 
-@pytest.mark.parametrize("tag", INSTANCES)
+@pytest.mark.parametrize("tag", TAGS)
 @pytest.mark.parametrize("items", [1, 2, 3, 4, 9, 32])
 def test_lanes_have_the_bits_of_single_items(tag: str, items: int) -> None:
     given = arguments(items)
@@ -125,16 +166,39 @@ def test_lanes_have_the_bits_of_single_items(tag: str, items: int) -> None:
     assert again[5].tobytes() == arrays[5].tobytes()
 
 
+@pytest.mark.parametrize("tag", TAGS)
+@pytest.mark.parametrize("shared", [("table", "limits"), ("table", "limits", "way"), ()])
+def test_items_that_part_have_the_bits_of_single_items(tag: str, shared: tuple[str, ...]) -> None:
+    items, rng = 203, np.random.default_rng(2)
+    table, limits = np.array([2, 0, 1, 2]), rng.uniform(0.0, 4.0, (4, 1))
+    x, n, way = rng.normal(scale=9.0, size=(items, 3)), rng.integers(-3, 45, (items, 2)), rng.integers(0, 4, items)
+    x[::7, 1] = np.nan
+    given: list[np.ndarray] = [table, limits, x, n, way]
+    if "way" in shared:
+        given[4] = np.array(1)
+    expected = parting(*given)
+    if not shared:
+        given[:2] = np.tile(table, (items, 1)), np.tile(limits, (items, 1, 1))
+    for found, value in zip(by_lanes(parting, tuple(given), items, tag, shared), expected, strict=True):
+        np.testing.assert_array_equal(found.reshape(value.shape), value)
+    for found, value in zip(by_lanes(parting, tuple(given), items, tag, shared)[:1], expected[:1], strict=True):
+        assert found.tobytes() == value.tobytes()
+
+
 @pytest.mark.parametrize(
-    ("declared", "shared"), [(branching, ()), (indexed, ("x",)), (indexed, ()), (counted, ()), (several, ("count",))]
-)
-def test_paths_that_differ_are_refused(declared, shared) -> None:
-    with pytest.raises(AlgorithmError, match="differs between items"):
+    ("declared", "shared", "match"), [
+        (common, ("sums",), "said to be shared, but differs"), (sums_of_two, ("a",), "shared by items, and differs"),
+        (rows_of_items, ("weights",), "has no fixed length"),
+    ]
+)  # fmt: skip
+def test_what_items_cannot_share_is_refused(declared, shared, match) -> None:
+    with pytest.raises(AlgorithmError, match=match):
         algorithm_extension(function_of(declared), (BY_TAG["f64_base"],), shared)
 
 
 @pytest.mark.compiles
 @pytest.mark.parametrize("tag", ["f64_scalar", "f64_base", "f64_v3", "f32_v3"])
-def test_the_text_compiles_without_a_warning(tag: str, tmp_path: Path) -> None:
-    made = algorithm_extension(function_of(several), (BY_TAG[tag],), SHARED)
+@pytest.mark.parametrize(("declared", "shared"), [(several, SHARED), (parting, ("table", "limits")), (parting, ())])
+def test_the_text_compiles_without_a_warning(declared, shared, tag: str, tmp_path: Path) -> None:
+    made = algorithm_extension(function_of(declared), (BY_TAG[tag],), shared)
     assert warnings_of([made.main()], tmp_path) == ""

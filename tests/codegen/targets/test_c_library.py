@@ -67,7 +67,8 @@ def library() -> Any:
     for tag, bits, width in INSTANCES:
         begin, end = ("BS_V3_BEGIN", "BS_V3_END") if width == 32 else ("", "")
         lines += [begin, f"#define BS_BITS {bits}", f"#define BS_BYTES {width}", f"#define BS_TAG {tag}"]
-        lines += ['#include "instance.h"', '#include "rows.h"', '#include "loops.h"', '#include "lanes.h"', OF_INSTANCE.replace("@", tag)]
+        lines += [f'#include "{name}.h"' for name in ("instance", "rows", "loops", "lanes")]
+        lines += [OF_INSTANCE.replace("@", tag)]
         lines += ['#include "instance_end.h"', end]
         number = "double" if bits == 64 else "float"
         declared += [

@@ -28,7 +28,7 @@ from ....ir.loops.nodes import (
 )  # fmt: skip
 from ....ir.loops.types import BOOL, INT, REAL, Scalar
 from ..uses import names_in
-from .varying import varies
+from .paths import varies
 
 #: The items that are meant; None: all.
 Mask = Variable | None
@@ -104,8 +104,7 @@ class Guards:
                 return replace(expression, left=self.text(left, mask), right=self.text(right, mask))
             case Select(condition, yes, no, type) if varies(self.names, expression):
                 if not (self._is_guarded(yes, condition) or self._is_guarded(no, condition)):
-                    texts = (self.text(each, mask) for each in (condition, yes, no))
-                    return Select(*texts, type)
+                    return self._select(expression, mask)
                 decides = self.named("holds", self.text(condition, mask))
                 found = self.named("chosen", zero(type))
                 self._emit_guarded(both(mask, decides), yes, lambda value: Assign(found, value))
@@ -113,12 +112,16 @@ class Guards:
                     but_not(mask, decides), no, lambda value: Assign(found, Select(decides, found, value, type))
                 )
                 return found
-            case Select(condition, yes, no, type):
-                return Select(*(self.text(each, mask) for each in (condition, yes, no)), type)
+            case Select():
+                return self._select(expression, mask)
             case Intrinsic(_, arguments, _):
                 return replace(expression, arguments=tuple(self.text(a, mask) for a in arguments))
             case _:
                 return expression
+
+    def _select(self, select: Select, mask: Mask) -> Select:
+        condition, yes, no = (self.text(each, mask) for each in (select.condition, select.yes, select.no))
+        return Select(condition, yes, no, select.type)
 
     def index(self, index: Expression, mask: Mask) -> Expression:
         """An index, which is zero for items that are not meant."""
@@ -142,7 +145,7 @@ class Guards:
         )
 
     def _emit_guarded(self, asked: Expression, value: Expression, assign: Callable[[Expression], Statement]) -> None:
-        emit, found = self._emit, []
+        emit, found = self._emit, list[Statement]()
         mask = self.named("asked", asked)
         self._emit = found.append
         found.append(assign(self.text(value, mask)))

@@ -41,9 +41,12 @@ def lanes_item(lanes: Lanes) -> tuple[list[str], list[str]]:
         row = f"arrays[{len(root.parameters) + k}] + i * strides[{len(root.parameters) + k}]"
         end = f"strides[{len(root.parameters) + k}], 1, lanes"
         vector, bits = _vector_of(result)
-        declared.append(f"{'M' if result == BOOL else vector} result{k}_;")
-        store += [f"result{k}_ = FN(bs_choose)(result{k}_, FN(bs_spread)(1), FN(bs_spread)(0));"] * (result == BOOL)
-        store.append(f"FN(bs_scatter{bits})(&result{k}_, ({stored_type(result)} *){row}, {end});")
+        own = f"result{k}_"
+        declared.append(f"{'M' if result == BOOL else vector} {own};")
+        if result == BOOL:
+            store.append(f"const I truth{k}_ = FN(bs_choose)({own}, FN(bs_spread)(1), FN(bs_spread)(0));")
+            own = f"truth{k}_"
+        store.append(f"FN(bs_scatter{bits})(&{own}, ({stored_type(result)} *){row}, {end});")
     count = len(root.results)
     arguments += [f"&result{k}_" for k in range(count) if count > 1]
     call = f"{'result0_ = ' if count == 1 else ''}FN({c_function_name(root.name)})({', '.join(arguments)});"
@@ -87,5 +90,3 @@ def c_call_of_lanes(function: Function, lanes: Lanes, tag: str, direct: Collecti
     call = wrap_arguments(f"const ptrdiff_t result_ = {c_function_name(root.name)}_{tag}(", arguments, ");")
     body = [*before, *call, *after, "return result_;"]
     return "\n".join([*CLoopPrinter(function).head("BS_INLINE"), "{", *(f"  {line}" for line in body), "}", ""])
-
-

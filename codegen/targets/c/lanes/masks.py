@@ -7,9 +7,8 @@ After M. Pharr and W. R. Mark, "ispc: a SPMD compiler for high-performance CPU p
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from ....errors import AlgorithmError
 from ....ir.loops.nodes import (
     Allocate,
     Array,
@@ -22,7 +21,6 @@ from ....ir.loops.nodes import (
     For,
     Function,
     If,
-    KernelSignature,
     Load,
     Return,
     Select,
@@ -30,41 +28,23 @@ from ....ir.loops.nodes import (
     Store,
     Unary,
     Variable,
-    View,
     While,
     blocks,
     boolean,
     integer,
-    plus,
 )  # fmt: skip
-from ....ir.loops.types import BOOL, INT, ArrayType, Parameter
+from ....ir.loops.types import BOOL, INT, Parameter
 from ..uses import assigned_variables, is_inside_one_block
-from .guards import Guards, Mask, any_of, both, but_not, zero
-from .varying import Lanes, Path, is_wide_call, outputs, shared_results, varies
+from .guards import Mask, any_of, both, but_not, zero
+from .masked_calls import CallMasker
+from .paths import varies
+from .places import ParallelLoop, Region
+from .varying import Lanes
 
 #: More steps than a loop can have whose end differs between items.
 _ENDLESS = 1 << 62
 #: A branch with no more statements than this, all of them short, is not worth asking whether any item takes it.
 SHORT = 4
-MASK = "mask_"
-
-
-@dataclass
-class _Region:
-    """A place that only some items reach, and which."""
-
-    path: Path
-    mask: Mask
-    loop: _Loop | None = None
-
-
-@dataclass
-class _Loop:
-    """A loop that is left by some items before others: those in it."""
-
-    inside: Variable | None
-    depth: int
-    is_parting: bool
 
 
 def masked_function(function: Function, lanes: Lanes) -> Function:
@@ -75,59 +55,30 @@ def masked_function(function: Function, lanes: Lanes) -> Function:
     return found
 
 
-class _Masker:
-    def __init__(self, function: Function, lanes: Lanes) -> None:
-        self.original, self.lanes, self.paths = function, lanes, lanes.paths[function]
-        self.names = lanes.names[function]
-        taken = {*self.paths.homes, MASK}
-        self.guards = Guards(self.names, lambda statement: self.out.append(statement), taken)
-        self.out: list[Statement] = []
-        self.regions: list[_Region] = []
-        self.loops: list[_Loop] = []
-        self.results: list[Variable] = []
-        #: What is assigned where some of those that know it do not get: it has a value before.
-        self.partial = {
-            name for s, path, _ in self.paths.statements() for name in _changed(s) if self.paths.homes[name] != path
-        }
+class _Masker(CallMasker):
+    """One function."""
 
     def function(self) -> Function:
-        function, mask = self.original, None
+        function = self.original
+        mask: Mask = None
         parameters = function.parameters
         if function in self.lanes.masked:
-            mask = Variable(MASK, BOOL)
-            self.names.add(MASK)
-            parameters = (*parameters, Parameter(MASK, BOOL))
+            mask = self.guards.fresh("mask", BOOL)
+            parameters = (*parameters, Parameter(mask.name, BOOL))
         if self.paths.has_parting_return:
             mask = self.guards.named("active", mask or boolean(True))
             self.results = [self.guards.named("returned", zero(t)) for t in function.results]
-        self.regions = [_Region((), mask)]
+        self.regions = [Region((), mask)]
         known = {p.name for p in function.parameters}
         self._block(function.body, known)
         if self.paths.has_parting_return and not isinstance(self.out[-1], Return):
             self.out.append(Return(tuple(self.results)))
         return replace(function, parameters=parameters, body=tuple(self.out))
 
-    # -- the place ---------------------------------------------------------------------------------------------------
-
-    @property
-    def mask(self) -> Mask:
-        return self.regions[-1].mask
-
-    @property
-    def path(self) -> Path:
-        return self.regions[-1].path
-
-    def _is_own(self, name: str) -> bool:
-        """Whether only those items know a number or an array that are meant here."""
-        return self.paths.homes.get(name, self.path) == self.path
-
-    def _expression(self, expression: Expression) -> Expression:
-        return self.guards.text(expression, self.mask)
-
     # -- statements --------------------------------------------------------------------------------------------------
 
-    def _inner(self, body: Sequence[Statement], known: set[str], before: Sequence[Statement] = ()) -> tuple[Statement, ...]:
-        outer, self.out = self.out, list(before)
+    def _inner(self, body: Sequence[Statement], known: set[str]) -> tuple[Statement, ...]:
+        outer, self.out = self.out, []
         self._block(body, known)
         found, self.out = tuple(self.out), outer
         return found
@@ -145,7 +96,7 @@ class _Masker:
             return
         for variable in assigned_variables((statement,)):
             name = variable.name
-            if name in known or name not in self.partial or not self._is_own(name):
+            if name in known or name not in self.partial or not self.is_own(name):
                 continue
             if id(statement) in self.paths.parting or not is_inside_one_block(statement, name):
                 self.out.append(Assign(variable, zero(variable.type)))
@@ -154,15 +105,15 @@ class _Masker:
     def _statement(self, statement: Statement, known: set[str]) -> None:
         match statement:
             case Assign(target, value):
-                self._assign(target, self._expression(value))
+                self._assign(target, self.expression(value))
             case Allocate(array, is_zero):
                 self.out.append(Allocate(array, is_zero or array.name in self.partial))
             case Store(array, index, value):
-                self._store(array, self._expression(index), self._expression(value))
+                self._store(array, self.expression(index), self.expression(value))
             case Call():
-                self._call(statement)
+                self.call(statement)
             case If(condition, yes, no):
-                self._if(statement, self._expression(condition), yes, no, known)
+                self._if(statement, self.expression(condition), yes, no, known)
             case For() | While():
                 self._loop(statement, known)
             case Break():
@@ -170,15 +121,15 @@ class _Masker:
             case Continue():
                 self._continue()
             case Return(values):
-                self._return(tuple(self._expression(v) for v in values))
+                self._return(tuple(self.expression(v) for v in values))
 
     def _assign(self, target: Variable, value: Expression) -> None:
-        if self.mask is not None and target.name in self.names and not self._is_own(target.name):
+        if self.mask is not None and target.name in self.names and not self.is_own(target.name):
             value = Select(self.mask, value, target, target.type)
         self.out.append(Assign(target, value))
 
     def _store(self, array: Array, index: Expression, value: Expression) -> None:
-        is_partial = self.mask is not None and not self._is_own(array.name)
+        is_partial = self.mask is not None and not self.is_own(array.name)
         if varies(self.names, index):
             index = self.guards.named("place", self.guards.index(index, self.mask))
             is_partial = self.mask is not None
@@ -202,7 +153,7 @@ class _Masker:
         for k, (mask, body) in enumerate(((taken, yes), (others, no))):
             if mask is None:
                 continue
-            self.regions.append(_Region(self.paths.path_into(statement, path, k), mask))
+            self.regions.append(Region(self.paths.path_into(statement, path, k), mask))
             found = self._inner(body, known)
             self.regions.pop()
             if self._is_short(body, statement.condition):
@@ -214,11 +165,11 @@ class _Masker:
 
     def _is_short(self, body: Sequence[Statement], condition: Expression) -> bool:
         """Whether a branch is computed whether or not any item takes it."""
-        return len(body) <= SHORT and all(
-            (isinstance(s, Assign) and self.guards.is_safe(s.value, condition))
-            or (isinstance(s, Store) and all(self.guards.is_safe(e, condition) for e in (Load(s.array, s.index), s.value)))
-            for s in body
-        )  # fmt: skip
+        computed = [(s.value,) if isinstance(s, Assign) else (Load(s.array, s.index), s.value) for s in body
+                    if isinstance(s, (Assign, Store))]  # fmt: skip
+        return len(computed) == len(body) <= SHORT and all(
+            self.guards.is_safe(e, condition) for each in computed for e in each
+        )
 
     def _skip_if_none(self) -> None:
         """What follows is left out if no item is left."""
@@ -238,7 +189,7 @@ class _Masker:
             self._common_loop(statement, known)
             return
         inside = self.guards.named("inside", self.mask or boolean(True))
-        loop = _Loop(inside, len(self.regions), True)
+        loop = ParallelLoop(inside, len(self.regions), True)
         self.loops.append(loop)
         outer, self.out = self.out, []
         if isinstance(statement, While):
@@ -253,7 +204,7 @@ class _Masker:
         nobody = Unary("not", any_of(inside), BOOL)
         self.out.append(If(nobody, (Break(),)))
         present = self.guards.named("present", inside) if _continues(statement) else inside
-        self.regions.append(_Region(self.paths.path_into(statement, self.path), present, loop))
+        self.regions.append(Region(self.paths.path_into(statement, self.path), present, loop))
         self._block(statement.body, {*known, *([statement.variable.name] if isinstance(statement, For) else [])})
         self.regions.pop()
         self.loops.pop()
@@ -265,7 +216,7 @@ class _Masker:
     def _steps(self, statement: For, inside: Variable, body: list[Statement]) -> For:
         """The loop that all items run; its body begins with who has left."""
         variable, step = statement.variable, statement.step
-        start, stop = self._expression(statement.start), self._expression(statement.stop)
+        start, stop = self.expression(statement.start), self.expression(statement.stop)
         if not varies(self.names, start) and not varies(self.names, stop):
             return For(variable, start, stop, step, ())
         end = self.guards.named("last", stop)
@@ -279,9 +230,9 @@ class _Masker:
         return repeated
 
     def _common_loop(self, statement: For | While, known: set[str]) -> None:
-        self.loops.append(_Loop(None, len(self.regions), False))
+        self.loops.append(ParallelLoop(None, len(self.regions), False))
         if isinstance(statement, For):
-            start, stop = self._expression(statement.start), self._expression(statement.stop)
+            start, stop = self.expression(statement.start), self.expression(statement.stop)
             body = self._inner(statement.body, {*known, statement.variable.name})
             self.out.append(For(statement.variable, start, stop, statement.step, body))
         else:
@@ -331,103 +282,6 @@ class _Masker:
             self.out.append(Return(tuple(self.results)))
         else:
             self._remove(0, [loop.inside for loop in self.loops])
-
-    # -- calls -------------------------------------------------------------------------------------------------------
-
-    def _call(self, call: Call) -> None:
-        callee, names = call.callee, self.names
-        if not is_wide_call(names, call):
-            self._finish_call(call, [self._argument(a) for a in call.arguments], ())
-            return
-        written = {id(a) for a in outputs(call)}
-        is_kernel = isinstance(callee, KernelSignature)
-        common = len(shared_results(names, call)) if is_kernel else 0
-        arguments: list[Expression | View] = []
-        after: list[tuple[View, Array]] = []
-        for k, each in enumerate(call.arguments):
-            if not isinstance(each, View):
-                arguments.append(self._argument(each))
-                continue
-            apart = varies(names, each.offset)
-            is_partial = self.mask is not None and not self._is_own(each.array.name) and each.array.name in names
-            if not apart and not (is_kernel and id(each) in written and k >= common and is_partial):
-                arguments.append(self._argument(each))
-                continue
-            copy, place = self._copied(each, apart, is_read=not (is_kernel and id(each) in written))
-            arguments.append(View(copy, integer(0), copy.type))
-            if id(each) in written:
-                after.append((replace(each, offset=place), copy))
-        if isinstance(callee, Function) and callee in self.lanes.masked:
-            arguments.append(self.mask or boolean(True))
-        self._finish_call(call, arguments, after)
-
-    def _argument(self, argument: Expression | View) -> Expression | View:
-        if not isinstance(argument, View):
-            return self._expression(argument)
-        rows = None if argument.rows is None else self._expression(argument.rows)
-        if rows is not None and varies(self.names, rows):
-            raise AlgorithmError(
-                f"the number of rows of {argument.array.name} differs between items", where=self.original.name,
-                remedy="Compute its items one after the other.",
-            )  # fmt: skip
-        return replace(argument, offset=self._expression(argument.offset), rows=rows)
-
-    def _copied(self, view: View, apart: bool, is_read: bool) -> tuple[Array, Expression]:
-        """An array of its own with a part of one, and where that begins: what is written is for those that are meant."""
-        if view.type.is_open:
-            raise AlgorithmError(
-                f"a part of {view.array.name} that begins where each item says has no fixed length",
-                where=self.original.name, remedy="Compute its items one after the other.",
-            )  # fmt: skip
-        offset = self._expression(view.offset)
-        place: Expression = self.guards.named("place", self.guards.index(offset, self.mask)) if apart else offset
-        copy = Array(self.guards.fresh("own", INT).name, replace(view.type, bits=64), is_local=True)
-        self.out.append(Allocate(copy, not is_read))
-        if is_read:
-            k = self.guards.fresh("k", INT, is_shared=True)
-            element = Load(view.array, plus(place, k))
-            self.out.append(For(k, integer(0), integer(view.type.size), 1, (Store(copy, k, element),)))
-        return copy, place
-
-    def _finish_call(
-        self, call: Call, arguments: Sequence[Expression | View], after: Sequence[tuple[View, Array]]
-    ) -> None:
-        results = []
-        blended: list[tuple[Variable, Variable]] = []
-        callee = call.callee
-        is_wide = is_wide_call(self.names, call)
-        for k, result in enumerate(call.results):
-            if self.mask is None or result.name not in self.names or self._is_own(result.name):
-                results.append(result)
-                continue
-            assert isinstance(callee, Function)
-            shared = not (is_wide and self.lanes.results[callee][k])
-            results.append(self.guards.fresh("found", result.type, is_shared=shared))
-            blended.append((result, results[-1]))
-        if isinstance(callee, Function) and is_wide:
-            callee = self.lanes.printed[callee]
-        self.out.append(Call(callee, tuple(arguments), tuple(results)))
-        for result, value in blended:
-            assert self.mask is not None
-            self.out.append(Assign(result, Select(self.mask, value, result, result.type)))
-        for view, copy in after:
-            k = self.guards.fresh("k", INT, is_shared=True)
-            place, value = plus(view.offset, k), Load(copy, k)
-            new = Select(self.mask, value, Load(view.array, place), value.type) if self.mask is not None else value
-            self.out.append(For(k, integer(0), integer(copy.type.size), 1, (Store(view.array, place, new),)))
-
-
-def _changed(statement: Statement) -> list[str]:
-    """Numbers and arrays that a statement itself changes."""
-    match statement:
-        case Assign(target, _):
-            return [target.name]
-        case Store(array, _, _):
-            return [array.name]
-        case Call(_, _, results):
-            return [r.name for r in results] + [a.array.name for a in outputs(statement)]
-        case _:
-            return []
 
 
 def _inside(statement: Statement) -> list[Statement]:

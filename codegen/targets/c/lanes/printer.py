@@ -18,7 +18,6 @@ from ....ir.loops.nodes import (
     Function,
     Intrinsic,
     KernelSignature,
-    Load,
     Select,
     Statement,
     Store,
@@ -31,7 +30,8 @@ from ...loops import ATOM
 from ..loops import CLoopPrinter
 from ..names import c_name
 from .masks import masked_function
-from .varying import Lanes, is_wide_call, varies
+from .paths import is_wide_call, varies
+from .varying import Lanes
 
 #: Functions of vectors; what items share is computed by the same text, and its first lane taken.
 _OF_VECTORS = frozenset(("sqrt", "abs", "sin", "cos", "exp", "log", "atan2"))
