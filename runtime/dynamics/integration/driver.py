@@ -39,6 +39,9 @@ MANY = 50
 REUSED_WORKSPACE = 1 << 22
 #: Where fields of `Control` are.
 _STOP, _LAST, _BUDGET, _PROJECTS = (Control.offsets[name] for name in ("stop", "last", "budget", "projects"))
+#: Simulations from which on several run at once, in a program that is compiled for that; and numbers of each up to
+#: which they do: a thread's stack holds those of eight.
+WIDE_BATCH, WIDE_NUMBERS = 64, 1 << 13
 #: An argument that a program does not look at.
 _NOTHING = np.zeros((1, 1))
 #: A stop that never comes.
@@ -52,10 +55,10 @@ def aligned_zeros(size: int) -> Array:
 
 
 class Workspace:
-    """What a thread brings along: numbers and integers of its work, and the algorithm of runs that works on them."""
+    """What a thread brings along: numbers and integers of its work, and arguments of runs that work on them."""
 
-    def __init__(self, w: Array, p: Array, run: InPlace) -> None:
-        self.w, self.p, self.run = w, p, run
+    def __init__(self, w: Array, p: Array, kept: dict[str, Kept]) -> None:
+        self.w, self.p, self.kept = w, p, kept
 
 
 class Driver:
@@ -154,7 +157,16 @@ class Driver:
         nothing = [] if self.stage_rows else ["stages"]
         if self.directions is None:
             nothing += ["directions", "tangents"]
-        return {**keep(dict.fromkeys(nothing, _NOTHING)), **keep(shared), **keep(own, self.size)}
+        owned = keep(own, self.size)
+        owned["bodies"] = owned["bodies"]._replace(rows=self.bodies)  # a row begins with them
+        return {**keep(dict.fromkeys(nothing, _NOTHING)), **keep(shared), **owned}
+
+    def run_for(self, states: int) -> InPlace:
+        """The algorithm of runs for so many numbers of states of each simulation."""
+        program = self.program
+        numbers = states + program.work.size + program.integers.size + self.memory + 2 * self._numbers.shape[1]
+        wide = program.wide_run if self.size >= WIDE_BATCH and numbers <= WIDE_NUMBERS else None
+        return wide or program["run"]
 
     def workspace(self) -> Workspace:
         """Work of one thread, to be returned by `release`."""
@@ -174,7 +186,7 @@ class Driver:
                 kept = program.keep({name: np.tile(array, (self.size, 1)) for name, array in own.items()}, self.size)
             else:
                 kept = program.keep(own)
-            return Workspace(w, p, program["run"].holding({**self._kept, **kept}))
+            return Workspace(w, p, {**self._kept, **kept})
 
     def release(self, workspace: Workspace) -> None:
         """Keep work for the next call, unless it is large: a finished simulation does not hold memory."""
@@ -348,7 +360,8 @@ class Run:
             bound = self._bounds.get(workspace)
             if bound is None:
                 shared = {"control": self._control, "times": self.times}
-                bound = workspace.run.over(driver.size, self._each, shared)
+                run = driver.run_for(self._states[0].size)
+                bound = run.holding(workspace.kept).over(driver.size, self._each, shared)
                 if driver.reuses_workspaces:
                     self._bounds[workspace] = bound
             bound.run(begin, end)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, cached_property
 from importlib.util import find_spec
 from typing import Any, NamedTuple
 
@@ -20,6 +20,7 @@ from ...codegen.execute.in_place import InPlace, Kept, read_entries
 from ...codegen.execute.items import CLoop, CompiledLoop, Loop, flat
 from ...codegen.programs.dynamics.config import DynamicsConfig
 from ...codegen.programs.dynamics.dynamics import PART, RECORDS, dynamics_program, numba_program
+from ...codegen.programs.dynamics.wide import is_wide, wide_run
 from ...codegen.programs.stock import ENTRIES
 from ...codegen.programs.tree_motion import tree_motion_numba, tree_motion_program
 from ..assembly.callbacks import CallbackRegistry
@@ -70,9 +71,12 @@ class SimulationProgram:
         Of what each thread brings along, and of what is kept for each simulation.
     is_on_gpu : bool
         Whether each simulation is a thread, with work of its own.
+    has_wide_run : bool
+        Whether it may run several simulations at once: C does.
     """
 
     is_on_gpu = False
+    has_wide_run = False
 
     def __init__(
         self, needs: DynamicsConfig, entries: str, records: str, loop_of: Callable[[str], Loop],
@@ -101,6 +105,18 @@ class SimulationProgram:
             key = f"{name}_{PART}"
             ready = self._ready.setdefault(name, InPlace(self._entries[key], self._loop_of(key)))
         return ready
+
+
+    @cached_property
+    def wide_run(self) -> InPlace | None:
+        """The run of simulations for several at once, compiled at its first use; None where there is none."""
+        if not (self.has_wide_run and is_wide(self.needs)):
+            return None
+        found = wide_run(self.needs)
+        if found is None:
+            return None
+        extension, tag = found
+        return InPlace(self._entries[f"run_{PART}"], CLoop(load(extension), tag))
 
 
 @cache
@@ -149,10 +165,12 @@ def _c_program(needs: DynamicsConfig) -> SimulationProgram:
         handle = module.ffi.new_handle(functions)
         return int(module.ffi.cast("intptr_t", handle)), handle
 
-    return SimulationProgram(
+    found = SimulationProgram(
         needs, program.files[ENTRIES], program.files[RECORDS], lambda key: CLoop(module, "f64", f"bs_{key}"),
         module.ffi.from_buffer, hold_functions,
     )  # fmt: skip
+    found.has_wide_run = True
+    return found
 
 
 def _numba_program(needs: DynamicsConfig) -> SimulationProgram:

@@ -27,7 +27,8 @@ def lanes_item(lanes: Lanes) -> tuple[list[str], list[str]]:
         if p.name in lanes.names[root]:
             own, row = f"{p.name}_lanes_", f"{given} + i * strides[{k}], strides[{k}], {size}, lanes"
             vector, bits = _vector_of(p.type)
-            arrays.append(f"{vector} {own}[{size}];")
+            room = f"{size} > 0 ? {size} : 1" if "counts" in size else size  # C has no arrays without numbers
+            arrays.append(f"{vector} {own}[{room}];")
             load += [f"FN(bs_gather{bits})({own}, {row});"] if p.access != "out" else []
             store += [f"FN(bs_scatter{bits})({own}, {row});"] if p.access != "in" else []
             truth = f"NE({own}[0], FN(bs_spread)(0))" if p.type == BOOL else f"{own}[0]"
