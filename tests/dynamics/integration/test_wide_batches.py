@@ -1,0 +1,105 @@
+"""Batches of simulations of which several run at once: the bits of one after the other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import bladesmith as bs
+from bladesmith import dynamics
+from bladesmith.codegen.build import extension
+from bladesmith.codegen.build.cpu_features import has_wide_vectors
+from bladesmith.codegen.programs.dynamics import wide
+from bladesmith.codegen.programs.dynamics.config import DynamicsConfig
+from bladesmith.dynamics.integration import driver
+
+pytestmark = pytest.mark.skipif(
+    extension.compiler() is None or not has_wide_vectors(), reason="no compiler, or no wide vectors"
+)
+COUNT, TIMES = 77, [0.0, 0.21, 0.5]
+GRAVITY = dynamics.Gravity((0.3, -0.2, -9.81))
+LOADED = (
+    GRAVITY, dynamics.Damper(0.1, 0.2), dynamics.Spring((0.2, 0.1, 0.0), (0.0, 0.0, 2.0), 30.0, 0.5, 0.3),
+)  # fmt: skip
+BETWEEN = (*LOADED, dynamics.Spring((0.2, 0.1, 0.0), (0.0, 0.3, 0.0), 20.0, 0.1, 0.2, "body0", "body1"))
+CASES = [
+    ("rk4", (), 1), ("rk4", (GRAVITY,), 1), ("rk4", BETWEEN, 2), ("rkmk4", LOADED, 1), ("cf4", LOADED, 1),
+    ("midpoint", (GRAVITY,), 2), ("strang", (), 1), ("yoshida6", (GRAVITY,), 1), ("adaptive", LOADED, 1),
+    ("adaptive", BETWEEN, 2),
+]  # fmt: skip
+
+
+def bodies(algebra: Any, count: int) -> dynamics.System | dynamics.RigidBody:
+    """Some bodies of a batch, each with numbers of its own: slow and fast, light and heavy, some at rest."""
+    rng = np.random.default_rng(5)
+
+    def body() -> dynamics.RigidBody:
+        moments = rng.uniform(1.0, 2.0, (COUNT, 3)) * 10.0 ** rng.integers(-3, 3, (COUNT, 1))
+        spin = rng.normal(size=(COUNT, 3)) * 10.0 ** rng.integers(-2, 2, (COUNT, 1))
+        spin[::9] = 0.0
+        return dynamics.RigidBody(
+            10.0 ** rng.uniform(-2.0, 2.0, COUNT), moments, velocity=rng.normal(size=(COUNT, 3)),
+            angular_velocity=spin, algebra=algebra,
+        )  # fmt: skip
+
+    return body() if count == 1 else dynamics.System({f"body{k}": body() for k in range(count)}, [])
+
+
+def arrays_of(trajectory: dynamics.Trajectory) -> list[np.ndarray]:
+    """All that a run gave."""
+    data = trajectory.to_data()
+    return [np.asarray(data.steps), np.asarray(data.ending), *(a for row in data.rows.values() for a in row.values())]
+
+
+def results_of(case: tuple[str, Any, int], algebra: Any, threads: int, **options: Any) -> list[np.ndarray]:
+    integrator, loads, count = case
+    options = {**({"rtol": 1e-9} if integrator == "adaptive" else {"step": 0.013}), **options}
+    given = bodies(algebra, count)
+    simulation = dynamics.Simulation(given, list(loads), integrator=integrator)
+    found = simulation.run(TIMES[-1], times=TIMES, threads=threads, **options)
+    return arrays_of(found)
+
+
+@pytest.mark.compiles
+@pytest.mark.parametrize("algebra", [bs.cga3d, bs.pga3d], ids=["cga", "pga"])
+@pytest.mark.parametrize("case", CASES, ids=lambda c: f"{c[0]}-{len(c[1])}-{c[2]}")
+def test_simulations_of_a_batch_have_the_bits_of_single_ones(case: Any, algebra: Any, monkeypatch: Any) -> None:
+    several = [results_of(case, algebra, threads) for threads in (1, 2)]
+    monkeypatch.setattr(driver, "WIDE_BATCH", 1 << 30)
+    one_by_one = results_of(case, algebra, 1)
+    for found in several:
+        for a, b in zip(found, one_by_one, strict=True):
+            assert a.tobytes() == b.tobytes()
+
+
+@pytest.mark.compiles
+def test_a_simulation_that_fails_leaves_the_others_as_they_are(monkeypatch: Any) -> None:
+    rng = np.random.default_rng(6)
+    spin = rng.normal(size=(COUNT, 3))
+    spin[13], spin[40] = 1e200, 1e160
+
+    def run() -> list[np.ndarray]:
+        body = dynamics.RigidBody(1.0, (1.0, 2.0, 2.5), angular_velocity=spin)
+        return arrays_of(dynamics.Simulation(body, LOADED, integrator="adaptive").run(0.5, times=TIMES, rtol=1e-9))
+
+    several = run()
+    monkeypatch.setattr(driver, "WIDE_BATCH", 1 << 30)
+    for a, b in zip(several, run(), strict=True):
+        assert a.tobytes() == b.tobytes()
+    assert several[1][13] != "ok" and (np.delete(several[1], (13, 40)) == "ok").all()
+
+
+def test_large_results_run_one_by_one() -> None:
+    """A thread's stack has no room for those of eight simulations."""
+    body = dynamics.RigidBody(np.full(COUNT, 1.0), (1.0, 2.0, 2.5))
+    simulation = dynamics.Simulation(body, integrator="rk4")
+    found = simulation.run(1.0, step=1e-3, times=np.linspace(0.0, 1.0, 1000))
+    assert (np.asarray(found.ending) == "ok").all() and found.position.shape == (COUNT, 1000, 3)
+
+
+def test_what_runs_several_at_once() -> None:
+    assert wide.is_wide(DynamicsConfig(method="rk4"))
+    for changed in ({"mode": "constrained"}, {"callbacks": True}, {"tangents": 2}, {"method": "taylor"}):
+        assert not wide.is_wide(DynamicsConfig(**{"method": "rk4", **changed}))
