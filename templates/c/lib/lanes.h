@@ -32,7 +32,7 @@ BS_INLINE M FN(bs_mask)(int holds)
 #if BS_BYTES == 0
   return holds != 0;
 #else
-  return (M){0} - (BS_INT)(holds != 0);
+  return FN(bs_spread)(holds ? -1 : 0);
 #endif
 }
 
@@ -50,8 +50,8 @@ BS_INLINE V FN(bs_most)(V a, V b) { return SELECT(GT(b, a), b, a); }
 BS_INLINE I FN(bs_least_of)(I a, I b) { return FN(bs_choose)(b < a, b, a); }
 BS_INLINE I FN(bs_most_of)(I a, I b) { return FN(bs_choose)(b > a, b, a); }
 BS_INLINE I FN(bs_magnitudes)(I a) { return FN(bs_choose)(a < 0, -a, a); }
-BS_INLINE I FN(bs_shifted)(I a, I b) { return (I)((UI)a << ((UI)b & (BS_BITS - 1))); }
-BS_INLINE I FN(bs_shifted_back)(I a, I b) { return a >> (b & (BS_BITS - 1)); }
+BS_INLINE I FN(bs_shifted)(I a, I b) { return (I)((UI)a << ((UI)b % BS_BITS)); }
+BS_INLINE I FN(bs_shifted_back)(I a, I b) { return a >> (I)((UI)b % BS_BITS); }
 
 #define BS_EACH_LANE for (int l = 0; l < W; l++)
 
@@ -129,11 +129,17 @@ BS_INLINE void FN(bs_put_integers)(I *to, I places, I v)
   BS_EACH_LANE BS_SET(to[BS_LANE(places, l)], l, BS_LANE(v, l));
 }
 
-/* Numbers of a row from each item, rows a stride apart; beyond the last item the last again. */
+/* Where the row of each item starts, rows a stride apart; beyond the last item that of the last again. */
+BS_INLINE void FN(bs_starts)(ptrdiff_t *start, ptrdiff_t stride, int lanes)
+{
+  for (int l = 0; l < W; l++) start[l] = (l < lanes ? l : lanes - 1) * stride;
+}
+
+/* Numbers of a row from each item. */
 BS_INLINE void FN(bs_gather)(V *to, const S *rows, ptrdiff_t stride, ptrdiff_t size, int lanes)
 {
   ptrdiff_t start[W], k = 0;
-  for (int l = 0; l < W; l++) start[l] = (l < lanes ? l : lanes - 1) * stride;
+  FN(bs_starts)(start, stride, lanes);
 #if BS_BITS == 64 && BS_BYTES >= 32
   for (; k + 4 <= size; k += 4) FN(load_square)(to + k, rows + k, start, 0);
 #endif
@@ -148,7 +154,7 @@ BS_INLINE void FN(bs_gather)(V *to, const S *rows, ptrdiff_t stride, ptrdiff_t s
 BS_INLINE void FN(bs_scatter)(const V *from, S *rows, ptrdiff_t stride, ptrdiff_t size, int lanes)
 {
   ptrdiff_t start[W], k = 0;
-  for (int l = 0; l < W; l++) start[l] = (l < lanes ? l : lanes - 1) * stride;
+  FN(bs_starts)(start, stride, lanes);
 #if BS_BITS == 64 && BS_BYTES >= 32
   for (; k + 4 <= size; k += 4) FN(store_square)(rows + k, from + k, start, 0);
 #endif
@@ -161,15 +167,17 @@ BS_INLINE void FN(bs_scatter)(const V *from, S *rows, ptrdiff_t stride, ptrdiff_
 
 /* The same of integers, by the type in which they are stored. */
 #define BS_ROWS(type, bits)                                                                                   \
-  BS_INLINE void FN(bs_gather##bits)(I * to, const type *rows, ptrdiff_t stride, ptrdiff_t size, int lanes)   \
+  BS_INLINE void FN(bs_gather##bits)(I to[], const type *rows, ptrdiff_t stride, ptrdiff_t size, int lanes)   \
   {                                                                                                           \
-    for (ptrdiff_t k = 0; k < size; k++)                                                                      \
-      BS_EACH_LANE BS_SET(to[k], l, (BS_INT)rows[(l < lanes ? l : lanes - 1) * stride + k]);                  \
+    ptrdiff_t start[W];                                                                                       \
+    FN(bs_starts)(start, stride, lanes);                                                                      \
+    for (ptrdiff_t k = 0; k < size; k++) BS_EACH_LANE BS_SET(to[k], l, (BS_INT)rows[start[l] + k]);           \
   }                                                                                                           \
   BS_INLINE void FN(bs_scatter##bits)(const I *from, type *rows, ptrdiff_t stride, ptrdiff_t size, int lanes) \
   {                                                                                                           \
-    for (ptrdiff_t k = 0; k < size; k++)                                                                      \
-      for (int l = 0; l < lanes; l++) rows[l * stride + k] = (type)BS_LANE(from[k], l);                       \
+    ptrdiff_t start[W];                                                                                       \
+    FN(bs_starts)(start, stride, lanes);                                                                      \
+    for (ptrdiff_t k = 0; k < size; k++) BS_EACH_LANE rows[start[l] + k] = (type)BS_LANE(from[k], l);         \
   }
 BS_ROWS(ptrdiff_t, 64)
 BS_ROWS(int32_t, 32)

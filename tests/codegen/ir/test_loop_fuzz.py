@@ -12,7 +12,7 @@ import pytest
 
 from bladesmith.codegen.build import extension
 
-from ...support.lanes import TAGS, by_lanes
+from ...support.targets.lanes import TAGS, by_lanes
 
 HEAD = """
 from bladesmith.codegen import algorithm

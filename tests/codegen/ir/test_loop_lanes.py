@@ -18,7 +18,7 @@ from bladesmith.codegen.programs.algorithms import algorithm_extension
 from bladesmith.codegen.targets.c.instances import BY_TAG
 
 from ...support.build.programs import warnings_of
-from ...support.lanes import TAGS, by_lanes
+from ...support.targets.lanes import TAGS, by_lanes
 
 pytestmark = pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
 SHARED = ("weights", "count", "scale", "motor")

@@ -102,7 +102,9 @@ class Guards:
                 return found
             case Binary(_, left, right, _):
                 return replace(expression, left=self.text(left, mask), right=self.text(right, mask))
-            case Select(condition, yes, no, type) if varies(self.names, expression):
+            case Select(condition, yes, no, type) if not varies(self.names, condition):
+                return self._shared_select(expression, mask)
+            case Select(condition, yes, no, type):
                 if not (self._is_guarded(yes, condition) or self._is_guarded(no, condition)):
                     return self._select(expression, mask)
                 decides = self.named("holds", self.text(condition, mask))
@@ -112,8 +114,6 @@ class Guards:
                     but_not(mask, decides), no, lambda value: Assign(found, Select(decides, found, value, type))
                 )
                 return found
-            case Select():
-                return self._select(expression, mask)
             case Intrinsic(_, arguments, _):
                 return replace(expression, arguments=tuple(self.text(a, mask) for a in arguments))
             case _:
@@ -122,6 +122,22 @@ class Guards:
     def _select(self, select: Select, mask: Mask) -> Select:
         condition, yes, no = (self.text(each, mask) for each in (select.condition, select.yes, select.no))
         return Select(condition, yes, no, select.type)
+
+    def _shared_select(self, select: Select, mask: Mask) -> Expression:
+        """Of a condition that all items share, of which only one side is computed."""
+        emit, sides = self._emit, []
+        condition = self.text(select.condition, mask)
+        for side in (select.yes, select.no):
+            before: list[Statement] = []
+            self._emit = before.append
+            sides.append((before, self.text(side, mask)))
+            self._emit = emit
+        if not any(before for before, _ in sides):
+            return Select(condition, sides[0][1], sides[1][1], select.type)
+        found = self.named("chosen", zero(select.type))
+        yes, no = ((*before, Assign(found, value)) for before, value in sides)
+        emit(If(condition, yes, no))
+        return found
 
     def index(self, index: Expression, mask: Mask) -> Expression:
         """An index, which is zero for items that are not meant."""

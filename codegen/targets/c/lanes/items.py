@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from ....errors import AlgorithmError
 from ....ir.loops.nodes import Function
 from ....ir.loops.types import BOOL, REAL, ArrayType, Scalar
 from ...loops import counted
 from ..loops import CLoopPrinter, wrap_arguments
-from ..names import c_function_name, c_name, stored_type
+from ..names import TYPES, c_function_name, c_name, stored_type
 from .varying import Lanes
 
 #: Tag of the instance of wide vectors, where another calls it.
@@ -42,11 +43,12 @@ def lanes_item(lanes: Lanes) -> tuple[list[str], list[str]]:
         row = f"arrays[{len(root.parameters) + k}] + i * strides[{len(root.parameters) + k}]"
         end = f"strides[{len(root.parameters) + k}], 1, lanes"
         vector, bits = _vector_of(result)
-        own = f"result{k}_"
-        declared.append(f"{'M' if result == BOOL else vector} {own};")
-        if result == BOOL:
-            store.append(f"const I truth{k}_ = FN(bs_choose)({own}, FN(bs_spread)(1), FN(bs_spread)(0));")
-            own = f"truth{k}_"
+        own, differs = f"result{k}_", lanes.results[root][k]
+        declared.append(f"{('M' if result == BOOL else vector) if differs else TYPES[result]} {own};")
+        if result != REAL:
+            value = f"FN(bs_choose)({own}, FN(bs_spread)(1), FN(bs_spread)(0))" if result == BOOL else own
+            store.append(f"const I integers{k}_ = {value if differs else f'FN(bs_spread)({own})'};")
+            own = f"integers{k}_"
         store.append(f"FN(bs_scatter{bits})(&{own}, ({stored_type(result)} *){row}, {end});")
     count = len(root.results)
     arguments += [f"&result{k}_" for k in range(count) if count > 1]
@@ -75,6 +77,8 @@ def c_call_of_lanes(function: Function, lanes: Lanes, tag: str, direct: Collecti
         Arrays that begin where a vector may: others are copied.
     """
     root, vector = lanes.root, f"vector_{tag}"
+    if any(lanes.results[root]):
+        raise AlgorithmError(f"what {root.name} returns differs between items", remedy="Put it into an array.")
     before, after, arguments = [], [], []
     for p in root.parameters:
         name, own = c_name(p.name), f"{p.name}_lanes_"

@@ -24,6 +24,7 @@ from ....ir.loops.nodes import (
     expressions,
     parts,
 )  # fmt: skip
+from ....ir.loops.types import REAL
 from ...loops import in_calling_order
 from .paths import OUTSIDE, Path, Paths, argument_varies, is_wide_call, outputs, shared_results, varies
 
@@ -64,7 +65,7 @@ class Lanes:
         self.functions = functions
         self.results = {f: [False] * len(f.results) for f in functions}
         self.names[root] = {p.name for p in root.parameters if p.name not in shared}
-        self.results[root] = [True] * len(root.results)
+        self.results[root] = [t == REAL for t in root.results]
         self.printed: dict[Function, Function] = {}
         self.paths: dict[Function, Paths] = {}
         counts: dict[Function, int] = {}
