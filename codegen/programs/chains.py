@@ -23,7 +23,7 @@ ALGEBRAS = ("cga3d", "pga3d")
 CLASSES = (16, 256, 4096)
 #: Beyond this many joints poses are not computed several at a time: their numbers would fill a thread's stack.
 MOST_WIDE = 256
-#: What all items share, by algorithm; the search computes one item after the other.
+#: What all items share, by algorithm.
 SHARED = {
     "forward": ("joints", "frames", "base"),
     "jacobian": ("joints", "tool", "base", "frame"),
@@ -80,7 +80,7 @@ def chain_function(algebra: str, room: int, name: str) -> Function:
 
 
 def chain_extension(
-    algebra: str, room: int, name: str, instance: Instance | None = None
+    algebra: str, room: int, name: str, instance: Instance | None = None, is_wide: bool = True
 ) -> tuple[ExtensionSource, str]:
     """C text of one of the algorithms, ready to compile, and the tag of its loop.
 
@@ -88,9 +88,11 @@ def chain_extension(
     ----------
     instance : Instance, optional
         Default: the one that this processor runs best.
+    is_wide : bool
+        Whether several poses are computed at once, where there is room for them.
     """
     chosen, shared = ONE_BY_ONE[0], None
-    if name in SHARED and room <= MOST_WIDE:
+    if is_wide and name in SHARED and room <= MOST_WIDE:
         (chosen,), shared = best_instances("f64") if instance is None else (instance,), SHARED[name]
 
     def make() -> str:

@@ -25,6 +25,8 @@ Array = NDArray[Any]
 Plan: TypeAlias = "tuple[Loop, list[Any], Any, Any]"
 #: Poses to reach that are worth another thread: about a millisecond of work.
 GRAIN = 32
+#: Poses to reach from which on several are searched for at once: lanes without a pose cost more than they save.
+WIDE_BATCH = 6
 
 
 @dataclass(frozen=True)
@@ -78,8 +80,15 @@ class SearchOptions:
 
 
 @cache
-def _loop(algebra: str, room: int, name: str, target: str, instance: Instance | None) -> Loop:
+def _loop(algebra: str, room: int, name: str, target: str, instance: Instance | None, is_wide: bool) -> Loop:
     """One of the loops, compiled; by numba where there is no compiler.
+
+    Parameters
+    ----------
+    algebra, room, name, instance, is_wide
+        As for `chain_extension`.
+    target : str
+        Of `algorithm_loops.TARGETS`.
 
     Raises
     ------
@@ -92,7 +101,7 @@ def _loop(algebra: str, room: int, name: str, target: str, instance: Instance | 
 
     return compiled_loop(
         f"chain_{algebra}_{room}_{name}", f"{name} of chains", "chains are compiled at their first use", target,
-        lambda: chain_extension(algebra, room, name, instance), lambda: chain_function(algebra, room, name),
+        lambda: chain_extension(algebra, room, name, instance, is_wide), lambda: chain_function(algebra, room, name),
     )  # fmt: skip
 
 
@@ -126,11 +135,12 @@ class Driver:
         self._plans: dict[tuple[Any, ...], Plan] = {}
 
     def _plan(
-        self, key: tuple[Any, ...], shared: Sequence[Array], strides: Sequence[int], counts: Sequence[int]
-    ) -> Plan:
+        self, key: tuple[Any, ...], shared: Sequence[Array], strides: Sequence[int], counts: Sequence[int],
+        is_wide: bool = True,
+    ) -> Plan:  # fmt: skip
         """A loop, and what is the same in all of its calls: what items share, their strides, rows of open arrays."""
         algebra, room, target, instance = self._key
-        loop = _loop(algebra, room, key[0], target, instance)
+        loop = _loop(algebra, room, key[0], target, instance, is_wide)
         held = [loop.hold(a) for a in shared]
         found = self._plans[key] = loop, held, loop.integers(strides), loop.integers(counts)
         return found
@@ -217,10 +227,12 @@ class Driver:
     ) -> None:  # fmt: skip
         """Search joints for motors (items, 8), into `blank_results`."""
         n, restarts = self.count, options.restarts.size
-        plan = self._plans.get(("inverse", restarts)) or self._plan(
-            ("inverse", restarts), (self._joints, self._tool, self._base),
+        is_wide = len(motors) >= WIDE_BATCH or self._key[2] != "c"
+        plan = self._plans.get(("inverse", restarts, is_wide)) or self._plan(
+            ("inverse", restarts, is_wide), (self._joints, self._tool, self._base),
             (0, 0, 0, 0, 0, 0, 0, 0, 0, 8, n, n, 1, 1, 1, 1, 1),
             (n, 0, 0, n, restarts, restarts // n, 0, 0, 0, 0, n, n, 0, 0, 0, 0, 0),
+            is_wide,
         )  # fmt: skip
         counts = options.counts[:1], options.counts[1:]
         search = options.limits, options.restarts, options.poses, options.numbers, *counts

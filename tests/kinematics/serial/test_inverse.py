@@ -43,6 +43,29 @@ def test_inverse_reaches_poses(algebra, scale, center):
     assert np.abs(error[:, :3, 3]).max() < 1e-12 * (scale + np.abs(center).max())
 
 
+@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
+@pytest.mark.parametrize("nearest", [False, True])
+def test_poses_have_the_same_bits_in_batches_of_any_size(algebra, nearest):
+    """Near, far, singular, out of reach, not a number: on lanes, their paths part."""
+    chain, rng = arm(algebra), np.random.default_rng(3)
+    q = rng.uniform(-2.5, 2.5, (61, 6))
+    q[::7, 2], q[::5, 4] = 0.0, 0.0
+    values = chain.forward(q).values.copy()
+    moved = algebra.translator([0.0, 0.0, 9.0]) * chain.forward(q[::11])
+    values[::11] = moved.as_kind("motor").values
+    values[13] = np.nan
+    targets, starts = algebra.wrap(algebra.kind("motor"), values), q + rng.normal(scale=0.2, size=q.shape) * (q > 0.5)
+    whole = chain.inverse(targets, starts, attempts=6, nearest=nearest)
+    assert {int(s) for s in whole.status} >= {Status.OK, Status.INVALID}
+    for size in (1, 5, 6, 13):
+        for begin in range(0, len(q), size):
+            part = slice(begin, begin + size)
+            found = chain.inverse(targets[part], starts[part], attempts=6, nearest=nearest)
+            for name in ("q", "status", "angle", "distance", "steps", "rank"):
+                if hasattr(whole, name):
+                    assert getattr(found, name).tobytes() == getattr(whole, name)[part].tobytes(), (name, size)
+
+
 def test_targets_in_single_precision():
     chain = arm()
     targets = chain.forward(np.random.default_rng(8).uniform(-1, 1, (5, 6)))
