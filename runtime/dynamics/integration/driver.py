@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -42,6 +42,8 @@ _STOP, _LAST, _BUDGET, _PROJECTS = (Control.offsets[name] for name in ("stop", "
 #: Simulations from which on several run at once, in a program that is compiled for that; and numbers of each up to
 #: which they do: a thread's stack holds those of eight.
 WIDE_BATCH, WIDE_NUMBERS = 64, 1 << 13
+#: Fields of states that bodies have, and their numbers of each.
+_OF_BODIES = {"motors": 8, "twists": 6, "reactions": 6}
 #: An argument that a program does not look at.
 _NOTHING = np.zeros((1, 1))
 #: A stop that never comes.
@@ -58,7 +60,15 @@ class Workspace:
     """What a thread brings along: numbers and integers of its work, and arguments of runs that work on them."""
 
     def __init__(self, w: Array, p: Array, kept: dict[str, Kept]) -> None:
-        self.w, self.p, self.kept = w, p, kept
+        self.w, self.p, self._kept = w, p, kept
+        self._runs: dict[InPlace, InPlace] = {}
+
+    def holding(self, run: InPlace) -> InPlace:
+        """An algorithm of runs on what this thread brings along."""
+        found = self._runs.get(run)
+        if found is None:
+            found = self._runs[run] = run.holding(self._kept)
+        return found
 
 
 class Driver:
@@ -164,9 +174,11 @@ class Driver:
     def run_for(self, states: int) -> InPlace:
         """The algorithm of runs for so many numbers of states of each simulation."""
         program = self.program
+        if self.size < WIDE_BATCH:
+            return program["run"]
         numbers = states + program.work.size + program.integers.size + self.memory + 2 * self._numbers.shape[1]
-        wide = program.wide_run if self.size >= WIDE_BATCH and numbers <= WIDE_NUMBERS else None
-        return wide or program["run"]
+        wide = program.wide_run if numbers <= WIDE_NUMBERS else None
+        return program["run"] if wide is None else wide
 
     def workspace(self) -> Workspace:
         """Work of one thread, to be returned by `release`."""
@@ -279,6 +291,8 @@ class Run:
     start_rows: Array
     off: Array
     singular: Array
+    #: Rows of states, progress and what was reached, by their records.
+    _layouts: tuple[tuple[Record, Array], ...]
 
     def __init__(
         self, driver: Driver, times: Array, motors: Array, twists: Array, threads: int | None = 1,
@@ -317,26 +331,36 @@ class Run:
         n, stores, bodies, record = driver.size, len(times), driver.bodies, state_record(driver.bodies)
         self._states = filled((n, stores, record.size), np.nan)
         self._progress, self._reached = np.zeros((n, Progress.size), np.int64), np.zeros((n, Reached.size))
-        self._name_fields(((record, self._states), (Progress, self._progress), (Reached, self._reached)))
-        self.motors = self.motors.reshape(n, stores, bodies, 8)
-        self.twists = self.twists.reshape(n, stores, bodies, 6)
-        self.reactions = self.reactions.reshape(n, stores, bodies, 6)
+        self._layouts = (Progress, self._progress), (Reached, self._reached), (record, self._states)
         if n > 1:
             self.number[:] = np.arange(n)
         self.reached[:] = self.times[0]
         self.tangents = filled((n, stores, driver.tangents, 2, bodies, 6), np.nan)
         self.event_tangents = np.zeros(driver.tangents)
 
-    def _name_fields(self, layouts: Iterable[tuple[Record, Array]]) -> None:
-        """Make fields of rows attributes."""
-        for layout, rows in layouts:
-            for name, places in _places(layout).items():
-                setattr(self, name, rows[..., places])
+    def __getattr__(self, name: str) -> Array:
+        """A field of rows, which becomes an attribute when it is first looked at: of a short run few are."""
+        for layout, rows in self.__dict__.get("_layouts", ()):
+            places = _places(layout).get(name)
+            if places is not None:
+                found: Array = rows[..., places]
+                if name in _OF_BODIES:
+                    found = found.reshape(*rows.shape[:2], -1, _OF_BODIES[name])
+                setattr(self, name, found)
+                return found
+        raise AttributeError(name)
+
+    @property
+    def time_reached(self) -> float:
+        """The time that all simulations have reached."""
+        return float(self.reached.item(0) if self.driver.size == 1 else self.reached.min())
 
     def advance(self, last: int) -> bool:
         """Compute some steps towards the first ``last`` states; True if more are left to compute."""
         self._control[_LAST] = last
         self._run_parts()
+        if self.driver.size == 1:
+            return bool(self.stored.item(0) < last and self.status.item(0) == OK)
         return bool(((self.stored < last) & (self.status == OK)).any())
 
     def run_until(self, last: int) -> None:
@@ -361,7 +385,7 @@ class Run:
             if bound is None:
                 shared = {"control": self._control, "times": self.times}
                 run = driver.run_for(self._states[0].size)
-                bound = run.holding(workspace.kept).over(driver.size, self._each, shared)
+                bound = workspace.holding(run).over(driver.size, self._each, shared)
                 if driver.reuses_workspaces:
                     self._bounds[workspace] = bound
             bound.run(begin, end)

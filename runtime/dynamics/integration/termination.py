@@ -14,8 +14,8 @@ def finish(run: driver.Run, report: Report) -> str:
     """Run the integration to its end; return an empty string, or the reason for early termination."""
     try:
         while run.advance(len(run.times)):
-            report(float(run.reached.min()))
-        report(float(run.reached.min()))
+            report(run.time_reached)
+        report(run.time_reached)
         error = run.driver.assembly.callbacks.error
         if error is not None and not isinstance(error, Exception):  # an interrupt while a user's function ran
             run.driver.assembly.callbacks.error = None

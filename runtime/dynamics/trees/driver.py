@@ -135,7 +135,7 @@ class TreeRun(Run):
         self.violations = np.zeros(shape)
         self._progress = np.zeros((shape[0], Progress.size), np.int64)
         self._reached = np.zeros((shape[0], Reached.size))
-        self._name_fields(((Progress, self._progress), (Reached, self._reached)))
+        self._layouts = (Progress, self._progress), (Reached, self._reached)
         self.number[:] = np.arange(shape[0])
         self.reached[:] = self.times[0]
         self.tangents = np.zeros((*shape, 0, 2, driver.bodies, 6))
