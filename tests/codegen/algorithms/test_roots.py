@@ -21,6 +21,9 @@ from bladesmith.codegen.ir.loops.scope import Static as StaticValue
 from bladesmith.codegen.ir.loops.types import StaticType
 from bladesmith.codegen.language import InOut, Int, Out, Real, Reals, Static, Vector, empty, int_zeros
 from bladesmith.codegen.programs.algorithms import algorithm_extension, algorithm_numba
+from bladesmith.codegen.targets.c.instances import BY_TAG
+
+from ...support.targets.lanes import TAGS
 
 DEGREES = (8, 20)
 DIGITS = 50
@@ -177,6 +180,23 @@ def test_c_has_the_bits_of_the_text(name: str, dtype: Any) -> None:
         x, count, vanishes = roots_of.reference(problem, row, room[i], numbers=dtype)
         assert bits([found[0][i], found[1][i], found[2][i]]) == bits([x, np.int64(count), np.int64(vanishes)]), row
     assert found[1].max() > 2 and found[2].max() == 1
+
+
+@pytest.mark.compiles
+@pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_several_at_once_have_the_bits_of_single_ones(name: str) -> None:
+    """Halvings, brackets and noise part their paths: masks, and stacks whose heights differ."""
+    problem = PROBLEMS[name]
+    function = function_of(roots_of, problem)
+    rows = rows_of(problem.degree)
+    room = np.zeros((len(rows), problem.degree))
+    one = CLoop(extension.load(algorithm_extension(function)), "f64")
+    expected = ItemFunction(function, one, np.float64)(rows, room)
+    for tag in TAGS:
+        loop = CLoop(extension.load(algorithm_extension(function, (BY_TAG[tag],), ())), tag)
+        found = ItemFunction(function, loop, np.float64)(rows, room)
+        assert bits([np.asarray(x) for x in found]) == bits([np.asarray(x) for x in expected]), tag
 
 
 @pytest.mark.compiles

@@ -13,7 +13,21 @@ from bladesmith.codegen import algorithm
 from bladesmith.codegen.build import extension
 from bladesmith.codegen.errors import AlgorithmError
 from bladesmith.codegen.execute.items import CLoop
-from bladesmith.codegen.language import Bool, InOut, Int, IntVector, Out, Real, Rows, Vector, empty, sin, sqrt, zeros
+from bladesmith.codegen.language import (
+    Bool,
+    InOut,
+    Int,
+    IntVector,
+    Out,
+    Real,
+    Reals,
+    Rows,
+    Vector,
+    empty,
+    sin,
+    sqrt,
+    zeros,
+)
 from bladesmith.codegen.programs.algorithms import algorithm_extension
 from bladesmith.codegen.targets.c.instances import BY_TAG
 
@@ -108,6 +122,32 @@ def parting(
 
 
 @algorithm
+def add_halves(to: InOut[Reals], other: InOut[Reals], x: Reals) -> None:
+    """Parts of one array, of which two may be the same."""
+    for i in range(len(x)):
+        other[i] -= 0.5 * x[i]
+        to[i] = x[i] + other[i]
+
+
+@algorithm
+def stacked(x: InOut[Vector[3]], way: Int) -> Real:
+    """Rows of a stack whose height differs between items, and that one call gets twice."""
+    c = zeros(4, 3)
+    height = way % 3
+    c[height][:] = x
+    while height > 0 or x[0] > 4.0:
+        add_halves(c[height], c[height + 1], c[height])
+        if height == 0:
+            x[0] *= 0.25
+            continue
+        height -= 1
+        add_halves(c[height], c[height], c[height + 1])
+    for i in range(3):
+        x[i] = c[way % 3, i]
+    return c[0, 1] - c[1, 2]
+
+
+@algorithm
 def common(x: Real, sums: InOut[Vector[2]]) -> Real:
     """What all items share, changed by some."""
     if x > 0.0:
@@ -182,6 +222,14 @@ def test_items_that_part_have_the_bits_of_single_items(tag: str, shared: tuple[s
     for found, value in zip(by_lanes(parting, tuple(given), items, tag, shared), expected, strict=True):
         np.testing.assert_array_equal(found.reshape(value.shape), value)
     for found, value in zip(by_lanes(parting, tuple(given), items, tag, shared)[:1], expected[:1], strict=True):
+        assert found.tobytes() == value.tobytes()
+
+
+@pytest.mark.parametrize("tag", TAGS)
+def test_parts_of_arrays_that_begin_where_each_item_says(tag: str) -> None:
+    rng = np.random.default_rng(4)
+    given = rng.normal(scale=9.0, size=(101, 3)), rng.integers(0, 9, 101)
+    for found, value in zip(by_lanes(stacked, given, 101, tag), stacked(*given), strict=True):
         assert found.tobytes() == value.tobytes()
 
 

@@ -11,6 +11,7 @@ from ....ir.loops.nodes import (
     Array,
     Assign,
     Call,
+    Constant,
     Expression,
     For,
     Function,
@@ -42,6 +43,7 @@ class CallMasker(Places):
         common = len(shared_results(names, call)) if is_kernel else 0
         arguments: list[Expression | View] = []
         after: list[tuple[View, Array]] = []
+        copies: dict[tuple[str, Expression], tuple[Array, Expression]] = {}  # one for what is given twice
         for k, each in enumerate(call.arguments):
             if not isinstance(each, View):
                 arguments.append(self._argument(each))
@@ -51,8 +53,11 @@ class CallMasker(Places):
             if not apart and not (is_kernel and id(each) in written and k >= common and is_partial):
                 arguments.append(self._argument(each))
                 continue
-            copy, place = self._copied(each, apart, is_read=not (is_kernel and id(each) in written))
-            arguments.append(View(copy, integer(0), copy.type))
+            key = each.array.name, each.offset
+            if key not in copies:
+                copies[key] = self._copied(each, apart, is_read=not (is_kernel and id(each) in written))
+            copy, place = copies[key]
+            arguments.append(replace(each, array=copy, offset=integer(0)))
             if id(each) in written:
                 after.append((replace(each, offset=place), copy))
         if isinstance(callee, Function) and callee in self.lanes.masked:
@@ -72,19 +77,22 @@ class CallMasker(Places):
 
     def _copied(self, view: View, apart: bool, is_read: bool) -> tuple[Array, Expression]:
         """An array of its own with a part of one, and where that begins."""
+        shape = view.type.sizes
         if view.type.is_open:
-            raise AlgorithmError(
-                f"a part of {view.array.name} that begins where each item says has no fixed length",
-                where=self.original.name, remedy="Compute its items one after the other.",
-            )  # fmt: skip
+            if not isinstance(view.rows, Constant):
+                raise AlgorithmError(
+                    f"a part of {view.array.name} that begins where each item says has no fixed length",
+                    where=self.original.name, remedy="Compute its items one after the other.",
+                )  # fmt: skip
+            shape = (int(view.rows.value), *shape[1:])
         offset = self.expression(view.offset)
         place: Expression = self.guards.named("place", self.guards.index(offset, self.mask)) if apart else offset
-        copy = Array(self.guards.fresh("own", INT).name, replace(view.type, bits=64), is_local=True)
+        copy = Array(self.guards.fresh("own", INT).name, replace(view.type, shape=shape, bits=64), is_local=True)
         self.out.append(Allocate(copy, not is_read))
         if is_read:
             k = self.guards.fresh("k", INT, is_shared=True)
             element = Load(view.array, plus(place, k))
-            self.out.append(For(k, integer(0), integer(view.type.size), 1, (Store(copy, k, element),)))
+            self.out.append(For(k, integer(0), integer(copy.type.size), 1, (Store(copy, k, element),)))
         return copy, place
 
     def _finish_call(
