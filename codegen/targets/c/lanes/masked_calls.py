@@ -26,7 +26,7 @@ from ....ir.loops.nodes import (
     plus,
 )  # fmt: skip
 from ....ir.loops.types import INT
-from .paths import is_wide_call, outputs, shared_results, varies
+from .paths import is_wide_call, outputs, varies
 from .places import Places
 
 
@@ -40,17 +40,16 @@ class CallMasker(Places):
             return
         written = {id(a) for a in outputs(call)}
         is_kernel = isinstance(callee, KernelSignature)
-        common = len(shared_results(names, call)) if is_kernel else 0
         arguments: list[Expression | View] = []
         after: list[tuple[View, Array]] = []
         copies: dict[tuple[str, Expression], tuple[Array, Expression]] = {}  # one for what is given twice
-        for k, each in enumerate(call.arguments):
+        for each in call.arguments:
             if not isinstance(each, View):
                 arguments.append(self._argument(each))
                 continue
             apart = varies(names, each.offset)
             is_partial = self.mask is not None and not self.is_own(each.array.name) and each.array.name in names
-            if not apart and not (is_kernel and id(each) in written and k >= common and is_partial):
+            if not apart and not (is_kernel and id(each) in written and is_partial):
                 arguments.append(self._argument(each))
                 continue
             key = each.array.name, each.offset
