@@ -93,6 +93,14 @@ def kern(m: Vector[8], x: InOut[Vector[4]], k: Int) -> Real:
         x[:] = rotated(m, s[1:])
     elif k == 1:
         x[:] = rotated(m, (1.0, 2.0, 3.0))
+    else:
+        rows = zeros(3, 4)
+        rows[0][:] = x
+        rows[2][:] = x
+        for i in range(2):
+            at = (i - k) % 3
+            rows[at][:] = rotated(m, rows[at][1:])
+        x[:] = rows[(2 * k) % 3]
     return s[0] - x[2]
 
 

@@ -85,29 +85,30 @@ class Guards:
         self._emit(Assign(found, value))
         return found
 
-    def text(self, expression: Expression, mask: Mask) -> Expression:
+    def mask_expression(self, expression: Expression, mask: Mask) -> Expression:
         """An expression, of the items that are meant."""
         match expression:
             case Load(array, index):
                 return Load(array, self.index(index, mask))
             case Unary(_, operand, _):
-                return replace(expression, operand=self.text(operand, mask))
+                return replace(expression, operand=self.mask_expression(operand, mask))
             case Binary("and" | "or" as operator, left, right, _) if varies(self.names, expression):
-                first = self.text(left, mask)
+                first = self.mask_expression(left, mask)
                 if not self._is_guarded(right, left):
-                    return replace(expression, left=first, right=self.text(right, mask))
+                    return replace(expression, left=first, right=self.mask_expression(right, mask))
                 found = self.named("holds", first)
                 asked = both(mask, found) if operator == "and" else but_not(mask, found)
                 self._emit_guarded(asked, right, lambda value: Assign(found, Binary(operator, found, value, BOOL)))
                 return found
             case Binary(_, left, right, _):
-                return replace(expression, left=self.text(left, mask), right=self.text(right, mask))
+                first, second = (self.mask_expression(each, mask) for each in (left, right))
+                return replace(expression, left=first, right=second)
             case Select(condition, yes, no, type) if not varies(self.names, condition):
                 return self._shared_select(expression, mask)
             case Select(condition, yes, no, type):
                 if not (self._is_guarded(yes, condition) or self._is_guarded(no, condition)):
                     return self._select(expression, mask)
-                decides = self.named("holds", self.text(condition, mask))
+                decides = self.named("holds", self.mask_expression(condition, mask))
                 found = self.named("chosen", zero(type))
                 self._emit_guarded(both(mask, decides), yes, lambda value: Assign(found, value))
                 self._emit_guarded(
@@ -115,22 +116,22 @@ class Guards:
                 )
                 return found
             case Intrinsic(_, arguments, _):
-                return replace(expression, arguments=tuple(self.text(a, mask) for a in arguments))
+                return replace(expression, arguments=tuple(self.mask_expression(a, mask) for a in arguments))
             case _:
                 return expression
 
     def _select(self, select: Select, mask: Mask) -> Select:
-        condition, yes, no = (self.text(each, mask) for each in (select.condition, select.yes, select.no))
+        condition, yes, no = (self.mask_expression(each, mask) for each in (select.condition, select.yes, select.no))
         return Select(condition, yes, no, select.type)
 
     def _shared_select(self, select: Select, mask: Mask) -> Expression:
         """Of a condition that all items share, of which only one side is computed."""
         emit, sides = self._emit, []
-        condition = self.text(select.condition, mask)
+        condition = self.mask_expression(select.condition, mask)
         for side in (select.yes, select.no):
             before: list[Statement] = []
             self._emit = before.append
-            sides.append((before, self.text(side, mask)))
+            sides.append((before, self.mask_expression(side, mask)))
             self._emit = emit
         if not any(before for before, _ in sides):
             return Select(condition, sides[0][1], sides[1][1], select.type)
@@ -141,7 +142,7 @@ class Guards:
 
     def index(self, index: Expression, mask: Mask) -> Expression:
         """An index, which is zero for items that are not meant."""
-        found = self.text(index, mask)
+        found = self.mask_expression(index, mask)
         if mask is None or not varies(self.names, found):
             return found
         return Select(mask, found, integer(0), INT)
@@ -164,6 +165,6 @@ class Guards:
         emit, found = self._emit, list[Statement]()
         mask = self.named("asked", asked)
         self._emit = found.append
-        found.append(assign(self.text(value, mask)))
+        found.append(assign(self.mask_expression(value, mask)))
         self._emit = emit
         emit(If(any_of(mask), tuple(found)))

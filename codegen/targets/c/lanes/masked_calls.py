@@ -17,7 +17,6 @@ from ....ir.loops.nodes import (
     Function,
     KernelSignature,
     Load,
-    Select,
     Store,
     Variable,
     View,
@@ -42,19 +41,19 @@ class CallMasker(Places):
         is_kernel = isinstance(callee, KernelSignature)
         arguments: list[Expression | View] = []
         after: list[tuple[View, Array]] = []
-        copies: dict[tuple[str, Expression], tuple[Array, Expression]] = {}  # one for what is given twice
+        copies: dict[tuple[str, Expression, bool], tuple[Array, Expression]] = {}  # one for what is given twice
         for each in call.arguments:
             if not isinstance(each, View):
                 arguments.append(self._argument(each))
                 continue
-            apart = varies(names, each.offset)
+            apart, is_result = varies(names, each.offset), is_kernel and id(each) in written
             is_partial = self.mask is not None and not self.is_own(each.array.name) and each.array.name in names
-            if not apart and not (is_kernel and id(each) in written and is_partial):
+            if not apart and not (is_result and is_partial):
                 arguments.append(self._argument(each))
                 continue
-            key = each.array.name, each.offset
+            key = each.array.name, each.offset, is_result  # kernels read all before they write
             if key not in copies:
-                copies[key] = self._copied(each, apart, is_read=not (is_kernel and id(each) in written))
+                copies[key] = self._copy(each, apart, is_read=not is_result)
             copy, place = copies[key]
             arguments.append(replace(each, array=copy, offset=integer(0)))
             if id(each) in written:
@@ -74,7 +73,7 @@ class CallMasker(Places):
             )  # fmt: skip
         return replace(argument, offset=self.expression(argument.offset), rows=rows)
 
-    def _copied(self, view: View, apart: bool, is_read: bool) -> tuple[Array, Expression]:
+    def _copy(self, view: View, apart: bool, is_read: bool) -> tuple[Array, Expression]:
         """An array of its own with a part of one, and where that begins."""
         shape = view.type.sizes
         if view.type.is_open:
@@ -113,10 +112,9 @@ class CallMasker(Places):
             callee = self.lanes.printed[callee]
         self.out.append(Call(callee, tuple(arguments), tuple(results)))
         for result, value in blended:
-            assert self.mask is not None
-            self.out.append(Assign(result, Select(self.mask, value, result, result.type)))
+            self.out.append(Assign(result, self.blend(value, result)))
         for view, copy in after:
             k = self.guards.fresh("k", INT, is_shared=True)
-            place, found = plus(view.offset, k), Load(copy, k)
-            new = Select(self.mask, found, Load(view.array, place), found.type) if self.mask is not None else found
+            place = plus(view.offset, k)
+            new = self.blend(Load(copy, k), Load(view.array, place))
             self.out.append(For(k, integer(0), integer(copy.type.size), 1, (Store(view.array, place, new),)))

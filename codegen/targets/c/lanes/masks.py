@@ -23,7 +23,6 @@ from ....ir.loops.nodes import (
     If,
     Load,
     Return,
-    Select,
     Statement,
     Store,
     Unary,
@@ -32,6 +31,7 @@ from ....ir.loops.nodes import (
     blocks,
     boolean,
     integer,
+    walk,
 )  # fmt: skip
 from ....ir.loops.types import BOOL, INT, Parameter
 from ..uses import assigned_variables, is_inside_one_block
@@ -65,13 +65,13 @@ class _Masker(CallMasker):
         if function in self.lanes.masked:
             mask = self.guards.fresh("mask", BOOL)
             parameters = (*parameters, Parameter(mask.name, BOOL))
-        if self.paths.has_parting_return:
+        if self.paths.has_divergent_return:
             mask = self.guards.named("active", mask or boolean(True))
             self.results = [self.guards.named("returned", zero(t)) for t in function.results]
         self.regions = [Region((), mask)]
         known = {p.name for p in function.parameters}
         self._block(function.body, known)
-        if self.paths.has_parting_return and not isinstance(self.out[-1], Return):
+        if self.paths.has_divergent_return and not isinstance(self.out[-1], Return):
             self.out.append(Return(tuple(self.results)))
         return replace(function, parameters=parameters, body=tuple(self.out))
 
@@ -98,7 +98,7 @@ class _Masker(CallMasker):
             name = variable.name
             if name in known or name not in self.partial or not self.is_own(name):
                 continue
-            if id(statement) in self.paths.parting or not is_inside_one_block(statement, name):
+            if id(statement) in self.paths.divergent or not is_inside_one_block(statement, name):
                 self.out.append(Assign(variable, zero(variable.type)))
                 known.add(name)
 
@@ -124,26 +124,22 @@ class _Masker(CallMasker):
                 self._return(tuple(self.expression(v) for v in values))
 
     def _assign(self, target: Variable, value: Expression) -> None:
-        if self.mask is not None and target.name in self.names and not self.is_own(target.name):
-            value = Select(self.mask, value, target, target.type)
+        if target.name in self.names and not self.is_own(target.name):
+            value = self.blend(value, target)
         self.out.append(Assign(target, value))
 
     def _store(self, array: Array, index: Expression, value: Expression) -> None:
-        is_partial = self.mask is not None and not self.is_own(array.name)
-        if varies(self.names, index):
+        is_scattered = varies(self.names, index)
+        if is_scattered:
             index = self.guards.named("place", self.guards.index(index, self.mask))
-            is_partial = self.mask is not None
-        elif array.name not in self.names:
-            is_partial = False
-        if is_partial:
-            assert self.mask is not None
-            value = Select(self.mask, value, Load(array, index), value.type)
+        if is_scattered or (array.name in self.names and not self.is_own(array.name)):
+            value = self.blend(value, Load(array, index))
         self.out.append(Store(array, index, value))
 
     def _if(
         self, statement: If, condition: Expression, yes: Sequence[Statement], no: Sequence[Statement], known: set[str]
     ) -> None:
-        if id(statement) not in self.paths.parting:
+        if id(statement) not in self.paths.divergent:
             self.out.append(If(condition, self._inner(yes, known), self._inner(no, known)))
             return
         decides = self.guards.named("holds", condition)
@@ -179,28 +175,25 @@ class _Masker(CallMasker):
         nobody = Unary("not", any_of(region.mask), BOOL)
         if region.loop is not None and self.loops and self.loops[-1] is region.loop:
             self.out.append(If(nobody, (Continue(),)))
-        elif len(self.regions) == 1 and self.paths.has_parting_return:
+        elif len(self.regions) == 1 and self.paths.has_divergent_return:
             self.out.append(If(nobody, (Return(tuple(self.results)),)))
 
     # -- loops -------------------------------------------------------------------------------------------------------
 
     def _loop(self, statement: For | While, known: set[str]) -> None:
-        if id(statement) not in self.paths.parting:
+        if id(statement) not in self.paths.divergent:
             self._common_loop(statement, known)
             return
         inside = self.guards.named("inside", self.mask or boolean(True))
-        loop = ParallelLoop(inside, len(self.regions), True)
+        loop = ParallelLoop(inside, len(self.regions))
         self.loops.append(loop)
-        outer, self.out = self.out, []
+        begin: list[Statement] = []
+        repeated = self._steps(statement, inside, begin) if isinstance(statement, For) else None
+        outer, self.out = self.out, begin
         if isinstance(statement, While):
-            repeated: For | None = None
-            condition = self.guards.text(statement.condition, inside)
+            condition = self.guards.mask_expression(statement.condition, inside)
             if condition != boolean(True):
                 self.out.append(Assign(inside, both(inside, condition)))
-        else:
-            self.out, outer = outer, self.out
-            repeated = self._steps(statement, inside, outer)
-            self.out, outer = outer, self.out
         nobody = Unary("not", any_of(inside), BOOL)
         self.out.append(If(nobody, (Break(),)))
         present = self.guards.named("present", inside) if _continues(statement) else inside
@@ -210,7 +203,7 @@ class _Masker(CallMasker):
         self.loops.pop()
         body, self.out = tuple(self.out), outer
         self.out.append(While(boolean(True), body) if repeated is None else replace(repeated, body=body))
-        if any(isinstance(s, Return) for s in _inside(statement)):
+        if any(isinstance(s, Return) for s in walk(statement.body)):
             self._skip_if_none()
 
     def _steps(self, statement: For, inside: Variable, body: list[Statement]) -> For:
@@ -230,7 +223,7 @@ class _Masker(CallMasker):
         return repeated
 
     def _common_loop(self, statement: For | While, known: set[str]) -> None:
-        self.loops.append(ParallelLoop(None, len(self.regions), False))
+        self.loops.append(ParallelLoop(None, len(self.regions)))
         if isinstance(statement, For):
             start, stop = self.expression(statement.start), self.expression(statement.stop)
             body = self._inner(statement.body, {*known, statement.variable.name})
@@ -252,7 +245,7 @@ class _Masker(CallMasker):
 
     def _break(self) -> None:
         loop = self.loops[-1]
-        if not loop.is_parting:
+        if loop.inside is None:
             self.out.append(Break())
         elif len(self.regions) - 1 == loop.depth:
             if self.mask == loop.inside:
@@ -265,32 +258,21 @@ class _Masker(CallMasker):
 
     def _continue(self) -> None:
         loop = self.loops[-1]
-        if not loop.is_parting or len(self.regions) - 1 == loop.depth:
+        if loop.inside is None or len(self.regions) - 1 == loop.depth:
             self.out.append(Continue())
         else:
             self._remove(loop.depth)
 
     def _return(self, values: tuple[Expression, ...]) -> None:
-        if not self.paths.has_parting_return:
+        if not self.paths.has_divergent_return:
             self.out.append(Return(values))
             return
-        mask = self.mask
-        assert mask is not None
         for result, value in zip(self.results, values, strict=True):
-            self.out.append(Assign(result, Select(mask, value, result, result.type)))
+            self.out.append(Assign(result, self.blend(value, result)))
         if len(self.regions) == 1:
             self.out.append(Return(tuple(self.results)))
         else:
             self._remove(0, [loop.inside for loop in self.loops])
-
-
-def _inside(statement: Statement) -> list[Statement]:
-    """All statements of the blocks of one."""
-    found = []
-    for block in blocks(statement):
-        for each in block:
-            found += [each, *_inside(each)]
-    return found
 
 
 def _jumps(body: Sequence[Statement]) -> list[Statement]:
@@ -298,7 +280,7 @@ def _jumps(body: Sequence[Statement]) -> list[Statement]:
     found: list[Statement] = []
     for each in body:
         if isinstance(each, (For, While)):
-            found += [s for s in _inside(each) if isinstance(s, Return)]
+            found += [s for s in walk(each.body) if isinstance(s, Return)]
         elif isinstance(each, (Break, Continue, Return)):
             found.append(each)
         else:

@@ -96,24 +96,24 @@ class Paths:
 
     Attributes
     ----------
-    parting : set of int
+    divergent : set of int
         Ids of branches and loops that some items take and others do not, or leave before others.
     homes : mapping of str to Path
         The innermost place that has all that is about a number or an array.
-    has_parting_return : bool
+    has_divergent_return : bool
         Whether some items return before others.
     """
 
     def __init__(self, function: Function, names: Collection[str]) -> None:
         self.function, self.names = function, names
-        self.parting: set[int] = set()
+        self.divergent: set[int] = set()
         while True:
-            before = len(self.parting)
+            before = len(self.divergent)
             self.homes: dict[str, Path] = {p.name: OUTSIDE if _is_result(p) else () for p in function.parameters}
-            self.has_parting_return = False
+            self.has_divergent_return = False
             for statement, path, loops in self.statements():
                 self._follow(statement, path, loops)
-            if before == len(self.parting):
+            if before == len(self.divergent):
                 break
 
     def statements(self) -> Iterator[tuple[Statement, Path, Loops]]:
@@ -130,7 +130,7 @@ class Paths:
 
     def path_into(self, statement: Statement, path: Path, block: int = 0) -> Path:
         """The path to a block of a statement: the branches of one condition are two places."""
-        return (*path, 2 * id(statement) + block) if id(statement) in self.parting else path
+        return (*path, 2 * id(statement) + block) if id(statement) in self.divergent else path
 
     def _follow(self, statement: Statement, path: Path, loops: Loops) -> None:
         for name in _names_of(statement):
@@ -140,14 +140,14 @@ class Paths:
                 self.homes[name] = home[: next(common, min(len(home), len(path)))]
         match statement:
             case If(condition, _, _) | While(condition, _) if varies(self.names, condition):
-                self.parting.add(id(statement))
+                self.divergent.add(id(statement))
             case For(_, start, stop, _, _) if varies(self.names, start) or varies(self.names, stop):
-                self.parting.add(id(statement))
+                self.divergent.add(id(statement))
             case Break() | Continue() if path != loops[-1][1]:
-                self.parting.add(id(loops[-1][0]))
+                self.divergent.add(id(loops[-1][0]))
             case Return() if path:
-                self.parting.update(id(loop) for loop, _ in loops)
-                self.has_parting_return = True
+                self.divergent.update(id(loop) for loop, _ in loops)
+                self.has_divergent_return = True
 
 
 def _is_result(parameter: Parameter) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ....ir.loops.nodes import Assign, Call, Expression, Function, Statement, Store, Variable
+from ....ir.loops.nodes import Assign, Call, Expression, Function, Select, Statement, Store, Variable
 from .guards import Guards, Mask
 from .paths import Path, outputs
 from .varying import Lanes
@@ -21,11 +21,10 @@ class Region:
 
 @dataclass
 class ParallelLoop:
-    """A loop that is left by some items before others: those in it."""
+    """A loop, and the items in it where some leave before others; None: all leave together."""
 
     inside: Variable | None
     depth: int
-    is_parting: bool
 
 
 class Places:
@@ -61,8 +60,12 @@ class Places:
         """Whether only those items know a number or an array that are meant here."""
         return self.paths.homes.get(name, self.path) == self.path
 
+    def blend(self, value: Expression, old: Expression) -> Expression:
+        """A value for the items that are meant here; the others keep the old one."""
+        return value if self.mask is None else Select(self.mask, value, old, value.type)
+
     def expression(self, expression: Expression) -> Expression:
-        return self.guards.text(expression, self.mask)
+        return self.guards.mask_expression(expression, self.mask)
 
 
 def changed_names(statement: Statement) -> list[str]:

@@ -114,7 +114,7 @@ class Lanes:
                 names.add(variable.name)
             case Return(values):
                 for k, value in enumerate(values):
-                    parts_here = self.paths[function].has_parting_return
+                    parts_here = self.paths[function].has_divergent_return
                     self.results[function][k] |= parts_here or varies(names, value)
             case Call():
                 self._follow_call(function, statement, path)
@@ -140,7 +140,7 @@ class Lanes:
         paths = self.paths[function]
         home = paths.homes[name]
         if home == OUTSIDE:
-            return bool(path) or paths.has_parting_return
+            return bool(path) or paths.has_divergent_return
         return home != path
 
     # -- who is told which items are meant -----------------------------------------------------------------------------
@@ -155,7 +155,7 @@ class Lanes:
             if function not in self.wide:
                 continue
             paths = self.paths[function]
-            some = function in masked or paths.has_parting_return
+            some = function in masked or paths.has_divergent_return
             for s, path, _ in paths.statements():
                 if isinstance(s, Call) and isinstance(s.callee, Function) and s.callee in needing and (some or path):
                     masked.update([s.callee] if is_wide_call(self.names[function], s) else [])
@@ -165,7 +165,7 @@ class Lanes:
         names, paths = self.names[function], self.paths[function]
         for statement in function.walk():
             match statement:
-                case For() | While() if id(statement) in paths.parting:
+                case For() | While() if id(statement) in paths.divergent:
                     return True
                 case Store(array, _, _) if paths.homes[array.name] == OUTSIDE:
                     return True
