@@ -46,7 +46,7 @@ class BladeSum:
     def pseudoscalar(self) -> Self:
         """The algebra's pseudoscalar I, with its sign."""
         sign = Fraction(self.algebra.pseudoscalar_sign)
-        return self.new({self.algebra.pseudoscalar: self.ring.constant(sign)})
+        return self.new({self.algebra.full_blade: self.ring.constant(sign)})
 
     def _lift(self, other: Any) -> Self:
         if hasattr(other, "as_kind"):

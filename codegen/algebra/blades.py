@@ -104,7 +104,7 @@ class BladeBasis:
         self.pseudoscalar_name = pseudoscalar
         if pseudoscalar is not None:
             blade, sign = self.parse_blade(pseudoscalar)
-            if blade != self.pseudoscalar:
+            if blade != self.full_blade:
                 raise SignatureError(f"pseudoscalar {pseudoscalar!r} does not hold every vector of {self.name}.")
             self.pseudoscalar_sign = sign
 
@@ -131,7 +131,7 @@ class BladeBasis:
         return len(self.vectors)
 
     @property
-    def pseudoscalar(self) -> int:
+    def full_blade(self) -> int:
         """Bit mask of the blade of all vectors."""
         return (1 << self.dimension) - 1
 

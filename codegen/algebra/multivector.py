@@ -158,7 +158,7 @@ class Multivector(BladeSum):
 
     def complement(self) -> Multivector:
         """The map J: each basis blade goes to the signed blade that completes it to I (any metric)."""
-        full, sign = self.algebra.pseudoscalar, self.algebra.pseudoscalar_sign
+        full, sign = self.algebra.full_blade, self.algebra.pseudoscalar_sign
         return self.new(
             {
                 full ^ b: self.ring.combine([(c, Fraction(sign * outer_sign(b, full ^ b)))])

@@ -104,6 +104,6 @@ def algebra_of(layout: Any) -> Algebra:
 
 def dual_sign(algebra: Algebra) -> int:
     """The sign s with X.dual() = s * (the dual of `clifford`), X I against X I^-1; 0 where there is no I^-1."""
-    i = basis_blade(algebra, algebra.pseudoscalar) * algebra.pseudoscalar_sign
+    i = basis_blade(algebra, algebra.full_blade) * algebra.pseudoscalar_sign
     square = (i * i).terms.get(0)
     return 0 if square is None else int(square)

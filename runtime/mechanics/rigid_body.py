@@ -124,7 +124,7 @@ class RigidBody:
         return self._screw(self.angular_velocity, linear)
 
     def _screw(self, first: Array, second: Array) -> Multivector:
-        vectors = [self.algebra.vector(x, "a twist") for x in (first, second)]
+        vectors = [self.algebra.spatial(x, "a twist") for x in (first, second)]
         screw: Multivector = evaluate(self.algebra, "mechanics.screw_of", *vectors).value
         return screw
 
@@ -143,7 +143,7 @@ class RigidBody:
         return self._with_inertia("mechanics.twist_in", multivector_of(momentum, self.algebra, "the momentum"))
 
     def _with_inertia(self, formula: str, x: Multivector) -> Multivector:
-        moments = self.algebra.vector(self.moments, "the moments")
+        moments = self.algebra.spatial(self.moments, "the moments")
         mass = ArrayOperand(self.mass, 0, "the mass")
         value: Multivector = evaluate(self.algebra, formula, self.frame, mass, moments, x).value
         return value

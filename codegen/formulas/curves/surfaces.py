@@ -53,7 +53,7 @@ def product_term(product: Trivectors, quad: Quadrivectors, control: Multivector)
 
 
 def _quad_blades(like: Multivector) -> list[int]:
-    full = like.algebra.pseudoscalar
+    full = like.algebra.full_blade
     return [full ^ b for b in like.algebra.kind("vector").blades]
 
 
@@ -110,7 +110,7 @@ def _wedge(part: Multivector, trivector: Multivector) -> Multivector:
 
 def wedge_terms(part: Multivector, trivector: Multivector) -> Multivector:
     """The sum of the absolute values of the terms of `_wedge`."""
-    full, total = trivector.algebra.pseudoscalar, zero(trivector)
+    full, total = trivector.algebra.full_blade, zero(trivector)
     for blade, coefficient in trivector.terms.items():
         if full ^ blade in part.terms:
             other = absolute(part.new({0: part.terms[full ^ blade]}))

@@ -28,7 +28,7 @@ def blade_frame(like: Multivector, blades: Iterable[int]) -> list[Multivector]:
 def pairing(x: Multivector, p: Multivector) -> Multivector:
     """<x ^ p>_I: the coefficient of the pseudoscalar."""
     sign = Fraction(x.algebra.pseudoscalar_sign)
-    coefficient = (x ^ p).terms.get(x.algebra.pseudoscalar)
+    coefficient = (x ^ p).terms.get(x.algebra.full_blade)
     return x.new({} if coefficient is None else {0: x.ring.combine([(coefficient, sign)])})
 
 

@@ -37,35 +37,35 @@ class Conformal(EuclideanAlgebra):
 
     def point(self, xyz: Any, strict: bool = False) -> Multivector:
         """X = x^2/2 n_inf + x + n0."""
-        return self.construct("conformal.point", self.vector(xyz, "xyz"), strict=strict)
+        return self.construct("conformal.point", self.spatial(xyz, "xyz"), strict=strict)
 
     def point_pair(self, a: Any, b: Any, strict: bool = False) -> Multivector:
         """A ^ B, normalised; from a to b. SINGULAR: a = b."""
-        return self.construct("conformal.point_pair", self.vector(a, "a"), self.vector(b, "b"), strict=strict)
+        return self.construct("conformal.point_pair", self.spatial(a, "a"), self.spatial(b, "b"), strict=strict)
 
     def flat_point(self, xyz: Any, strict: bool = False) -> Multivector:
         """(x + n0) ^ n_inf."""
-        return self.construct("conformal.flat_point", self.vector(xyz, "xyz"), strict=strict)
+        return self.construct("conformal.flat_point", self.spatial(xyz, "xyz"), strict=strict)
 
     def direction(self, v: Any, strict: bool = False) -> Multivector:
         """v ^ n_inf, not normalised."""
-        return self.construct("conformal.direction", self.vector(v, "v"), strict=strict)
+        return self.construct("conformal.direction", self.spatial(v, "v"), strict=strict)
 
     def line(self, point: Any, direction: Any, strict: bool = False) -> Multivector:
         """Line through a point along a direction. INVALID: the direction is zero."""
-        operands = self.vector(point, "point"), self.vector(direction, "direction")
+        operands = self.spatial(point, "point"), self.spatial(direction, "direction")
         return self.construct("conformal.line", *operands, strict=strict)
 
     def line_through(self, a: Any, b: Any, strict: bool = False) -> Multivector:
         """A ^ B ^ n_inf, normalised: from a to b. SINGULAR: a = b."""
-        return self.construct("conformal.line_through", self.vector(a, "a"), self.vector(b, "b"), strict=strict)
+        return self.construct("conformal.line_through", self.spatial(a, "a"), self.spatial(b, "b"), strict=strict)
 
     def circle_through(self, a: Any, b: Any, c: Any, strict: bool = False) -> Multivector:
         """A ^ B ^ C, normalised, in the orientation of the points. SINGULAR: they are on a line."""
         return self._through("circle_through", (a, b, c), strict)
 
     def _through(self, name: str, points: tuple[Any, ...], strict: bool) -> Multivector:
-        operands = [self.vector(p, label) for p, label in zip(points, "abcd", strict=False)]
+        operands = [self.spatial(p, label) for p, label in zip(points, "abcd", strict=False)]
         return self.construct(f"conformal.{name}", *operands, strict=strict)
 
     def dilator(self, scale: Any, center: Any = 0, strict: bool = False) -> Multivector:
@@ -73,11 +73,11 @@ class Conformal(EuclideanAlgebra):
         number = ArrayOperand(scale, 0, "scale")
         if is_origin(center):
             return self.construct("conformal.dilator", number, strict=strict)
-        return self.construct("conformal.homothety", number, self.vector(center, "center"), strict=strict)
+        return self.construct("conformal.homothety", number, self.spatial(center, "center"), strict=strict)
 
     def transversor(self, t: Any, strict: bool = False) -> Multivector:
         """1 - t n0: inversion, translation by t, inversion."""
-        return self.construct("conformal.transversor", self.vector(t, "t"), strict=strict)
+        return self.construct("conformal.transversor", self.spatial(t, "t"), strict=strict)
 
     def classify(self, x: Multivector) -> str | NDArray[np.str_]:
         """Names of the items: "circle", "line", ..., "imaginary sphere", "not a blade"; a str, or an array of them."""
@@ -124,12 +124,12 @@ class ConformalAlgebra(Conformal):
 
     def circle(self, center: Any, normal: Any, radius: Any, strict: bool = False) -> Multivector:
         """Circle, counter-clockwise about its normal. INVALID: the normal is zero, or the radius not positive."""
-        operands = self.vector(center, "center"), self.vector(normal, "normal"), ArrayOperand(radius, 0, "radius")
+        operands = self.spatial(center, "center"), self.spatial(normal, "normal"), ArrayOperand(radius, 0, "radius")
         return self.construct("conformal.circle", *operands, strict=strict)
 
     def plane(self, normal: Any, offset: Any, strict: bool = False) -> Multivector:
         """Plane normal . x = offset; the normal need not be unit. INVALID: it is zero."""
-        operands = self.vector(normal, "normal"), ArrayOperand(offset, 0, "offset")
+        operands = self.spatial(normal, "normal"), ArrayOperand(offset, 0, "offset")
         return self.construct("conformal.plane", *operands, strict=strict)
 
     def plane_through(self, a: Any, b: Any, c: Any, strict: bool = False) -> Multivector:
@@ -138,7 +138,7 @@ class ConformalAlgebra(Conformal):
 
     def sphere(self, center: Any, radius: Any, strict: bool = False) -> Multivector:
         """Outward sphere. INVALID: the radius is not positive."""
-        operands = self.vector(center, "center"), ArrayOperand(radius, 0, "radius")
+        operands = self.spatial(center, "center"), ArrayOperand(radius, 0, "radius")
         return self.construct("conformal.sphere", *operands, strict=strict)
 
     def sphere_through(self, a: Any, b: Any, c: Any, d: Any, strict: bool = False) -> Multivector:
@@ -167,13 +167,13 @@ class ConformalPlane(Conformal):
 
     def circle(self, center: Any, radius: Any, strict: bool = False) -> Multivector:
         """Circle, counter-clockwise. INVALID: the radius is not positive."""
-        operands = self.vector(center, "center"), ArrayOperand(radius, 0, "radius")
+        operands = self.spatial(center, "center"), ArrayOperand(radius, 0, "radius")
         return self.construct("conformal.sphere", *operands, strict=strict)
 
     def rotor(self, angle: Any, point: Any = 0, strict: bool = False) -> Multivector:  # type: ignore[override]
         """Rotation about a point, counter-clockwise."""
         at = np.zeros(2) if is_origin(point) else point
-        operands = ArrayOperand(angle, 0, "angle"), self.vector(at, "point")
+        operands = ArrayOperand(angle, 0, "angle"), self.spatial(at, "point")
         return self.construct("motions.planar_rotor", *operands, strict=strict)
 
     def motor_from_matrix(self, matrix: Any, strict: bool = False) -> Multivector:

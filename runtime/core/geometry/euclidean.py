@@ -51,8 +51,8 @@ class EuclideanAlgebra(Algebra):
 
     # -- calls ---------------------------------------------------------------------------------------------
 
-    def vector(self, value: Any, name: str) -> ArrayOperand:
-        """Operand: Euclidean vectors."""
+    def spatial(self, value: Any, name: str) -> ArrayOperand:
+        """Operand: vectors of space, an array (..., d)."""
         return ArrayOperand(value, self._euclidean, name)
 
     @cached_property
@@ -106,14 +106,14 @@ class EuclideanAlgebra(Algebra):
 
     def translator(self, t: Any, strict: bool = False) -> Multivector:
         """Translation by the vector t."""
-        return self.construct("motions.translator", self.vector(t, "t"), strict=strict)
+        return self.construct("motions.translator", self.spatial(t, "t"), strict=strict)
 
     def rotor(self, axis: Any, angle: Any, point: Any = 0, strict: bool = False) -> Multivector:
         """Rotation by ``angle``, counter-clockwise about ``axis`` through ``point``. INVALID: the axis is zero."""
-        operands = self.vector(axis, "axis"), ArrayOperand(angle, 0, "angle")
+        operands = self.spatial(axis, "axis"), ArrayOperand(angle, 0, "angle")
         if is_origin(point):
             return self.construct("motions.rotor", *operands, strict=strict)
-        return self.construct("motions.rotor_about", *operands, self.vector(point, "point"), strict=strict)
+        return self.construct("motions.rotor_about", *operands, self.spatial(point, "point"), strict=strict)
 
     def motor_from_matrix(self, matrix: Any, strict: bool = False) -> Multivector:
         """Unit motor with <R>_0 >= 0 from homogeneous matrices (..., 4, 4), or rotation matrices (..., 3, 3).
@@ -124,7 +124,7 @@ class EuclideanAlgebra(Algebra):
         d = self.space
         if m.ndim < 2 or m.shape[-2:] not in ((d, d), (d + 1, d + 1)):
             raise ShapeError(f"the matrix has shape {m.shape}; it ends in ({d}, {d}) or ({d + 1}, {d + 1}).")
-        columns = [self.vector(np.ascontiguousarray(m[..., :d, j]), "a column") for j in range(m.shape[-1])]
+        columns = [self.spatial(np.ascontiguousarray(m[..., :d, j]), "a column") for j in range(m.shape[-1])]
         name = "motions.rotor_from_matrix" if len(columns) == d else "motions.motor_from_matrix"
         x = self.construct(name, *columns)
         if len(columns) > d:

@@ -33,29 +33,29 @@ class ProjectiveAlgebra(EuclideanAlgebra):
 
     def point(self, xyz: Any, strict: bool = False) -> Multivector:
         """(e1 + x1 e0) ^ (e2 + x2 e0) ^ (e3 + x3 e0): the meet of its coordinate planes."""
-        return self.construct("projective.point", self.vector(xyz, "xyz"), strict=strict)
+        return self.construct("projective.point", self.spatial(xyz, "xyz"), strict=strict)
 
     def direction(self, v: Any, strict: bool = False) -> Multivector:
         """A point at infinity: the difference of two points. Not normalised."""
-        return self.construct("projective.direction", self.vector(v, "v"), strict=strict)
+        return self.construct("projective.direction", self.spatial(v, "v"), strict=strict)
 
     def line(self, point: Any, direction: Any, strict: bool = False) -> Multivector:
         """Line through a point along a direction. INVALID: the direction is zero."""
-        operands = self.vector(point, "point"), self.vector(direction, "direction")
+        operands = self.spatial(point, "point"), self.spatial(direction, "direction")
         return self.construct("projective.line", *operands, strict=strict)
 
     def line_through(self, a: Any, b: Any, strict: bool = False) -> Multivector:
         """Line from a to b, normalised. SINGULAR: a = b."""
-        return self.construct("projective.line_through", self.vector(a, "a"), self.vector(b, "b"), strict=strict)
+        return self.construct("projective.line_through", self.spatial(a, "a"), self.spatial(b, "b"), strict=strict)
 
     def plane(self, normal: Any, offset: Any, strict: bool = False) -> Multivector:
         """Plane normal . x = offset; the normal need not be unit. INVALID: it is zero."""
-        operands = self.vector(normal, "normal"), ArrayOperand(offset, 0, "offset")
+        operands = self.spatial(normal, "normal"), ArrayOperand(offset, 0, "offset")
         return self.construct("projective.plane", *operands, strict=strict)
 
     def plane_through(self, a: Any, b: Any, c: Any, strict: bool = False) -> Multivector:
         """Plane through three points, in their orientation. SINGULAR: they are on a line."""
-        operands = [self.vector(p, label) for p, label in ((a, "a"), (b, "b"), (c, "c"))]
+        operands = [self.spatial(p, label) for p, label in ((a, "a"), (b, "b"), (c, "c"))]
         return self.construct("projective.plane_through", *operands, strict=strict)
 
     def classify(self, x: Multivector) -> str | NDArray[np.str_]:

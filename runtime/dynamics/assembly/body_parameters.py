@@ -49,7 +49,7 @@ def mass_matrix(algebra: Algebra, mass: Any, moments: Array, frame: Multivector)
         algebra,
         "mechanics.mass_matrix",
         ArrayOperand(mass, 0, "the mass"),
-        algebra.vector(moments, "the moments"),
+        algebra.spatial(moments, "the moments"),
         frame,
     ).value
     return row.reshape(*row.shape[:-1], 6, 6)

@@ -127,7 +127,7 @@ class TrajectoryStates:
         """Value of a formula of the body's mass, moments and twist, such as its momentum."""
         algebra, body = self._assembly.algebra, self._rigid_body
         axes = self._motor_over_time(algebra.motor_from_matrix(body.axes).as_kind("motor", check=False))
-        mass, moments = self._over_time(body.mass), algebra.vector(self._over_time(body.moments, 1), "the moments")
+        mass, moments = self._over_time(body.mass), algebra.spatial(self._over_time(body.moments, 1), "the moments")
         return evaluate(algebra, formula, axes, ArrayOperand(mass, 0, "the mass"), moments, self.twist).value
 
     @property

@@ -203,7 +203,7 @@ def _frame(x: Multivector, origin: ArrayLike | None) -> Frame:
         good = np.isfinite(position).all(-1)
         position = position[good].mean(0) if good.any() else np.zeros(3)
     else:
-        position = finite_array(x.algebra.vector(origin, "origin").rows(), "origin", (3,))
+        position = finite_array(x.algebra.spatial(origin, "origin").rows(), "origin", (3,))
     return Frame(position, x.algebra.translator(position))
 
 

@@ -295,7 +295,7 @@ def _frame(a: Multivector, b: Multivector) -> local_origin.Frame:
     origin = np.zeros((*a.shape, algebra.space), a.dtype)
     for first, second in ((a, b), (b, a)):
         start = _position(evaluate(algebra, "local.anchor", first).value)
-        position = _position(evaluate(algebra, "local.nearest", second, algebra.vector(start, "origin")).value)
+        position = _position(evaluate(algebra, "local.nearest", second, algebra.spatial(start, "origin")).value)
         frame = local_origin.Frame(position, algebra.translator(position))
         written = _coefficient_magnitude(frame.to_local(a), frame.to_local(b))
         better = written < best

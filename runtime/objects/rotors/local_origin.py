@@ -50,7 +50,7 @@ class Frame:
         return _with_kind_of(self.translator >> y, y)
 
     def _origin(self) -> ArrayOperand:
-        operand: ArrayOperand = self.translator.algebra.vector(self.origin, "origin")
+        operand: ArrayOperand = self.translator.algebra.spatial(self.origin, "origin")
         return operand
 
 
@@ -139,7 +139,7 @@ def _nearest_points(objects: Sequence[Multivector], start: NDArray[Any] | None) 
         if position is None:
             outcome = evaluate(algebra, "local.anchor", x)
         else:
-            outcome = evaluate(algebra, "local.nearest", x, algebra.vector(position, "origin"))
+            outcome = evaluate(algebra, "local.nearest", x, algebra.spatial(position, "origin"))
         position = outcome.value._data
     assert position is not None
     return position

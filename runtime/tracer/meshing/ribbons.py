@@ -27,15 +27,15 @@ def strip_mesh(surface: Any, rings: int, segments: int) -> TriangleMesh:
     local = evaluate(
         algebra,
         "meshing.interpolate_position",
-        algebra.vector(first[:, None], "a"),
-        algebra.vector(last[:, None], "b"),
+        algebra.spatial(first[:, None], "a"),
+        algebra.spatial(last[:, None], "b"),
         ArrayOperand(fraction[None], 0, "fraction"),
     ).value._data
     with np.errstate(all="ignore"):
         normals = evaluate(
             algebra,
             "meshing.segment_normal",
-            algebra.vector(local, "position"),
+            algebra.spatial(local, "position"),
             swept.objects[:, None],
             swept.rates[:, None],
         ).value._data

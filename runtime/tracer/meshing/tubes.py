@@ -36,16 +36,16 @@ def ring_mesh(surface: Any, rings: int, segments: int, caps: bool) -> TriangleMe
     local = evaluate(
         algebra,
         "meshing.point_on_circle",
-        algebra.vector(center[:, None], "center"),
+        algebra.spatial(center[:, None], "center"),
         ArrayOperand(radius[:, None], 0, "radius"),
         rotations[:, None],
-        algebra.vector(spokes[None], "spoke"),
+        algebra.spatial(spokes[None], "spoke"),
     ).value._data
     with np.errstate(all="ignore"):
         normals = evaluate(
             algebra,
             "meshing.swept_normal",
-            algebra.vector(local, "position"),
+            algebra.spatial(local, "position"),
             swept.objects[:, None],
             swept.rates[:, None],
         ).value._data
@@ -89,10 +89,10 @@ def _ring_rotations(center: Array, axis: Array, radius: Array, swept: Sweep) -> 
     """
     algebra = stock_algebra("cga3d")
     axes = np.concatenate([[[0.0, 0.0, 1.0]], axis])
-    nowhere, one = algebra.vector(np.zeros(3), "center"), ArrayOperand(1.0, 0, "curvature")
+    nowhere, one = algebra.spatial(np.zeros(3), "center"), ArrayOperand(1.0, 0, "curvature")
     steps = evaluate(
         algebra, "placement.similarity",
-        nowhere, algebra.vector(axes[:-1], "axis"), one, nowhere, algebra.vector(axes[1:], "axis"), one,
+        nowhere, algebra.spatial(axes[:-1], "axis"), one, nowhere, algebra.spatial(axes[1:], "axis"), one,
     ).value  # fmt: skip
     rotations = cumulative_products(_rotors(steps))
     start, end = (swept.center[i] + swept.size[i] * center[i] for i in (0, -1))

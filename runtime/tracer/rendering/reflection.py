@@ -118,7 +118,7 @@ def _line_at_hit(
     except ValueError:
         raise ShapeError(f"lines {lines.shape} and points {points.shape} do not broadcast.") from None
     position = np.broadcast_to(points.astype(np.float64).parameters().xyz, (*shape, 3))
-    vector = cga.vector(position, "the point")
+    vector = cga.spatial(position, "the point")
     line_parts = evaluate(cga, "rays.line_from", vector, lines.astype(np.float64)).values
     direction, off_line = plain(line_parts[0]), line_parts[1][..., 0]
     slack = allowed * (np.linalg.norm(position, axis=-1) + magnitude(surface)) if tolerance is None else allowed
@@ -126,7 +126,7 @@ def _line_at_hit(
     with np.errstate(invalid="ignore"):
         off = ~((distance <= slack) & (off_line <= slack))
     direction, normal = (np.where(off[..., None], x, y) for x, y in zip(HARMLESS, (direction, normal), strict=True))
-    operands = [vector, cga.vector(direction, "the line's direction"), cga.vector(normal, "the normal")]
+    operands = [vector, cga.spatial(direction, "the line's direction"), cga.spatial(normal, "the normal")]
     if formula != "reflected_line":
         operands.append(ArrayOperand(TOLERANCE[dtype], 0, "least"))
     result: Multivector = cga.construct(f"rays.{formula}", *operands)

@@ -30,9 +30,9 @@ class Flat(Surface):
         """
         cga = stock_algebra("cga3d")
         attributes = ((name, getattr(self, name)) for name in self._measures)
-        operands = [ArrayOperand(x, 0, name) if np.ndim(x) == 0 else cga.vector(x, name) for name, x in attributes]
+        operands = [ArrayOperand(x, 0, name) if np.ndim(x) == 0 else cga.spatial(x, name) for name, x in attributes]
         distance, normal = evaluate(
-            cga, f"rays.{self.kind}_contact", cga.vector(position, "position"), *operands
+            cga, f"rays.{self.kind}_contact", cga.spatial(position, "position"), *operands
         ).values
         return distance[..., 0], plain(normal)
 

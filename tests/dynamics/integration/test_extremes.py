@@ -262,7 +262,7 @@ def test_what_turning_takes_at_the_centre_of_mass(algebra):
     twist = dynamics.twist(w, v, algebra=algebra)
     psi = evaluate(
         algebra, "mechanics.principal_momentum", ArrayOperand(np.full(20, 2.0), 0, "the mass"),
-        algebra.vector(np.tile(MOMENTS, (20, 1)), "the moments"), twist,
+        algebra.spatial(np.tile(MOMENTS, (20, 1)), "the moments"), twist,
     ).value  # fmt: skip
     numbers = evaluate(algebra, "mechanics.covector_of", psi).value
     given = ArrayOperand(numbers, 6, "the momentum")

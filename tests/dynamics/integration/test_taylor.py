@@ -120,7 +120,7 @@ def all_loads(algebra: str, **given: Any) -> list[Any]:
     used = BY_NAME[algebra]
     zero = np.zeros(3)
     wrench = evaluate(
-        used, "mechanics.screw_of", *(used.vector(x, "w") for x in given.get("wrench", (zero, zero)))
+        used, "mechanics.screw_of", *(used.spatial(x, "w") for x in given.get("wrench", (zero, zero)))
     ).value
     return [
         Gravity(given.get("gravity", zero)), Damper(*given.get("drag", (0, 0))),

@@ -97,7 +97,7 @@ def test_joint_between_bodies() -> None:
 def test_constraint_on_velocities() -> None:
     """A wrench without power on the motion, through the centre of mass at first: by the adaptive integrator."""
     body = RigidBody(1.5, [0.2, 0.3, 0.4], angular_velocity=[1, 2, -1], velocity=[0, 1, 0])
-    wrench = evaluate(cga, "mechanics.screw_of", cga.vector([1, 0, 0], "f"), cga.vector([0, 0, 0], "m")).value
+    wrench = evaluate(cga, "mechanics.screw_of", cga.spatial([1, 0, 0], "f"), cga.spatial([0, 0, 0], "m")).value
     found, other = (
         Simulation(body, [Gravity([1, 2, -9.81])], [VirtualPower(wrench)], integrator=name).run(
             0.5, times=[0.2, 0.5], rtol=1e-12

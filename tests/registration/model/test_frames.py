@@ -83,7 +83,7 @@ def test_how_far_a_point_is_off(kind):
     elements = np.column_stack([places, along, np.zeros(COUNT)])
 
     def off(p):
-        found = evaluate(cga3d, f"registration.off_{kind}", cga3d.vector(p, "p"), ArrayOperand(elements, 7, "a"))
+        found = evaluate(cga3d, f"registration.off_{kind}", cga3d.spatial(p, "p"), ArrayOperand(elements, 7, "a"))
         return list(found.values)
 
     square, gradient, matrix = off(points)
