@@ -14,6 +14,8 @@ from . import tracer as tracer
 from .codegen.progress import Progress as Progress
 from .codegen.version import __version__ as __version__
 from .common.parallel import set_threads as set_threads
+from .core.formatting import print_options as print_options
+from .core.formatting import set_print_options as set_print_options
 from .core.geometry.conformal import ConformalAlgebra as ConformalAlgebra
 from .core.geometry.conformal import ConformalPlane as ConformalPlane
 from .core.geometry.projective import ProjectiveAlgebra as ProjectiveAlgebra

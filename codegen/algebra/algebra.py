@@ -10,11 +10,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from math import comb
 from operator import index
 from typing import Any, Protocol, SupportsIndex
 
 from ..errors import KindError, SignatureError, one_line, suggest
-from .blades import MAX_DIMENSION, BladeBasis
+from .blades import BladeBasis, check_dimension
+
+#: Grades of more blades have no kind of their own.
+MOST_BLADES = 1 << 13
 
 
 class Sum(Protocol):
@@ -140,14 +144,18 @@ class Kind:
 
 
 def add_plain_kinds(algebra: Algebra) -> None:
-    """Kinds that every algebra has: one per grade, the even and odd parts, and everything (layouts all)."""
+    """Kinds that every algebra has: one per grade, the even and odd parts, and everything (layouts all).
+
+    In more than ten dimensions the grades of at most `MOST_BLADES` blades.
+    """
     names = {0: "scalar", 1: "vector", 2: "bivector", 3: "trivector", 4: "quadvector"}
     n = algebra.dimension
     for g in range(n + 1):
         name = names.get(g, f"grade{g}")
         if g == n and n > 4:
             name = "pseudoscalar"
-        algebra.kinds.setdefault(name, Kind(algebra, name, tuple(algebra.blades_of_grade(g))))
+        if comb(n, g) <= MOST_BLADES:
+            algebra.kinds.setdefault(name, Kind(algebra, name, tuple(algebra.blades_of_grade(g))))
     if n > 10:  # nobody means a layout of 2^n coefficients
         return
     even = tuple(b for b in algebra.blades if b.bit_count() % 2 == 0)
@@ -174,14 +182,11 @@ def orthonormal(p: int, q: int = 0, r: int = 0, name: str | None = None) -> Alge
     Raises
     ------
     SignatureError
-        If a count is not a non-negative integer, or p + q + r exceeds 15.
+        If a count is not a non-negative integer, or p + q + r exceeds 24.
     """
     p, q, r = (_count(value, what) for value, what in ((p, "p"), (q, "q"), (r, "r")))
     n = p + q + r
-    if n > MAX_DIMENSION:
-        raise SignatureError(
-            f"Cl({p},{q},{r}) has {n} dimensions; typed multivectors go to {MAX_DIMENSION}. Use fewer basis vectors."
-        )
+    check_dimension(n, f"Cl({p},{q},{r}) has {n} dimensions")
     squares = [1] * p + [-1] * q + [0] * r
     labels = [str(i + 1) for i in range(n)]
     if r == 1:

@@ -1,7 +1,7 @@
 """Basis blades: the one place that knows how basis vectors multiply.
 
 Plain data and integer arithmetic only: no NumPy, no SymPy. Products of blades are computed on demand and cached; there
-is no table of 4^n entries, so 15 dimensions cost nothing until they are used.
+is no table of 4^n entries, so many dimensions cost nothing until they are used.
 """
 
 from __future__ import annotations
@@ -16,10 +16,14 @@ from itertools import combinations
 from ..errors import BladeError, SignatureError, SpecError, one_line, suggest
 
 #: Typed multivectors have at most this many dimensions; a blade is a bit mask of basis vectors.
-MAX_DIMENSION = 15
+MAX_DIMENSION = 24
+#: In more dimensions the blades are too many for a list.
+LISTED = 16
 #: Letters of a name at most, and of the digest at the end of one that would be longer.
 LONGEST_NAME, DIGITS = 64, 8
 _IDENTIFIER = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}")
+_LIKE_NUMBERED = re.compile(r"e(?:[0-9]|$)")
+_NUMBERS = re.compile(r"e?([0-9]+)")
 _METRIC_ENTRY = re.compile(r"-?[0-9]{1,400}(?:/0*[1-9][0-9]{0,400})?")  # every double is one
 #: A sum of blades: bit masks with rational coefficients.
 BladeTerms = tuple[tuple[int, Fraction], ...]
@@ -37,6 +41,18 @@ def metric_entry(value: object) -> Fraction:
     if not _METRIC_ENTRY.fullmatch(text):
         raise SpecError(f"an entry of the metric is {one_line(text)}; it is a whole number or a fraction such as 1/2.")
     return Fraction(text)
+
+
+def check_dimension(n: int, what: str) -> None:
+    """Check a number of basis vectors; ``what`` begins the message.
+
+    Raises
+    ------
+    SignatureError
+        If it exceeds `MAX_DIMENSION`.
+    """
+    if n > MAX_DIMENSION:
+        raise SignatureError(f"{what}; typed multivectors go to {MAX_DIMENSION} dimensions. Use fewer basis vectors.")
 
 
 def validated_identifier(name: object, what: str) -> str:
@@ -110,15 +126,18 @@ class BladeBasis:
 
     def _check(self) -> None:
         n = len(self.vectors)
-        if not 0 <= n <= MAX_DIMENSION:
-            raise SignatureError(
-                f"{self.name} has {n} dimensions; typed multivectors go to {MAX_DIMENSION}. Use fewer basis vectors."
-            )
+        check_dimension(n, f"{self.name} has {n} dimensions")
         if len(set(self.vectors)) != n:
             raise SignatureError(f"the basis vectors of {self.name} are not distinct: {', '.join(self.vectors)}.")
-        for label in self.vectors:
-            if not label.isdigit():
-                validated_identifier(label, "a basis vector's label")
+        words = [label for label in self.vectors if not label.isdigit()]
+        for label in words:
+            validated_identifier(label, "a basis vector's label")
+        for label in sorted(words):
+            if any(other != label and other.startswith(label) for other in words) or _LIKE_NUMBERED.match(label):
+                raise SignatureError(
+                    f"the basis vector {label} of {self.name} cannot be told apart in a blade's name: no name begins "
+                    "with another one, or with e and a digit."
+                )
         rows_fit = len(self.metric) == n and all(len(row) == n for row in self.metric)
         if not rows_fit or any(self.metric[i][j] != self.metric[j][i] for i in range(n) for j in range(i)):
             raise SignatureError(f"the metric of {self.name} is not a symmetric {n} x {n} matrix.")
@@ -137,13 +156,33 @@ class BladeBasis:
 
     @cached_property
     def blades(self) -> tuple[int, ...]:
-        """All blades, by grade, then by index: the order of coefficients everywhere."""
+        """All blades, by grade, then by index: the order of coefficients everywhere.
+
+        Raises
+        ------
+        SignatureError
+            In more than `LISTED` dimensions.
+        """
+        self.check_listed()
         return tuple(blade for g in range(self.dimension + 1) for blade in self.blades_of_grade(g))
+
+    def check_listed(self) -> None:
+        """Check that a list of all blades is not too long.
+
+        Raises
+        ------
+        SignatureError
+            In more than `LISTED` dimensions.
+        """
+        if self.dimension > LISTED:
+            raise SignatureError(
+                f"{self.name} has 2^{self.dimension} blades, which are not listed.",
+                remedy="Name those that are meant: by kind=, grades= or blades=, or in a dictionary",
+            )
 
     def blades_of_grade(self, g: int) -> Iterator[int]:
         """Blades of one grade in storage order."""
-        for indices in combinations(range(self.dimension), g):
-            yield sum(1 << i for i in indices)
+        return map(sum, combinations([1 << i for i in range(self.dimension)], g))
 
     def order(self, blades: Iterable[int]) -> tuple[int, ...]:
         """Distinct blades in storage order."""
@@ -201,8 +240,13 @@ class BladeBasis:
         labels = [v for i, v in enumerate(self.vectors) if blade >> i & 1]
         digits = [v for v in labels if v.isdigit()]
         words = [v for v in labels if not v.isdigit()]
-        joint = "_" if any(len(v) > 1 for v in self.vectors if v.isdigit()) else ""
-        return ("e" + joint.join(digits) if digits else "") + "".join(words)
+        joint = "_" if self.has_wide_labels else ""
+        return joint.join([*(["e" + joint.join(digits)] if digits else []), *words])
+
+    @cached_property
+    def has_wide_labels(self) -> bool:
+        """True where numbers of vectors have several digits, so that their names need something between them."""
+        return any(label.isdigit() and len(label) > 1 for label in self.vectors)
 
     def parse_blade(self, name: str | Sequence[int]) -> tuple[int, int]:
         """Blade and sign of a name in any order of vectors: ``"e21"`` is ``-e12``.
@@ -233,23 +277,30 @@ class BladeBasis:
             return labels
         if name in ("1", "", "e"):
             return []
-        text = name[1:] if name[0] == "e" else name
-        if name in self.vectors:
-            return [name]
-        wide = any(v.isdigit() and len(v) > 1 for v in self.vectors)
-        labels = text.split("_") if wide else self._tokens(text)
-        if not all(label in self.vectors for label in labels):
+        cut = self._cut(name)
+        if cut is None and name[0] == "e":  # "enoni" is "noni", as "e12" is "12"
+            cut = self._cut(name[1:])
+        if cut is None:
             raise self._unknown(name)
+        return cut
+
+    def _cut(self, name: str) -> list[str] | None:
+        """The labels of a blade's name; None where it has an unknown one."""
+        labels, rest = [], name
+        while rest:
+            label, rest = self._first_label(rest)
+            if label not in self.vectors:
+                return None
+            labels.append(label)
         return labels
 
-    def _tokens(self, text: str) -> list[str]:
-        """Cut ``"12noni"`` into labels, the longest that fits first; an unknown rest stays whole."""
-        labels = []
-        while text:
-            label = next((v for v in sorted(self.vectors, key=len, reverse=True) if text.startswith(v)), text)
-            labels.append(label)
-            text = text[len(label) :]
-        return labels
+    def _first_label(self, text: str) -> tuple[str, str]:
+        """The label that a name begins with, and the rest. No label of letters begins with another."""
+        if numbers := _NUMBERS.match(text):
+            end = numbers.end() if self.has_wide_labels else numbers.start(1) + 1
+            return text[numbers.start(1) : end], text[end:].removeprefix("_")
+        label = next((v for v in self.vectors if not v.isdigit() and text.startswith(v)), "")
+        return label, text[len(label) :].removeprefix("_")
 
     def _unknown(self, name: object) -> BladeError:
         hint = suggest(str(name), [self.blade_name(b) for b in self.blades]) if self.dimension <= 8 else ""

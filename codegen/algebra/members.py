@@ -53,7 +53,9 @@ class RationalSource:
 class NumericSource:
     """Normal floating-point numbers, ``count`` at a time; members hold their constraints to rounding."""
 
-    def __init__(self, count: int, seed: int, scale: float = 1.0, dtype: Any = np.float64) -> None:
+    def __init__(
+        self, count: int, seed: int | np.random.Generator | None, scale: float = 1.0, dtype: Any = np.float64
+    ) -> None:
         self.ring = NumericRing(dtype)
         self.count = count
         self.scale = scale

@@ -14,7 +14,7 @@ from ..rings.protocol import Ring
 from .algebra import Algebra
 from .blade_sum import BladeSum, Number
 from .blades import grade, outer_sign
-from .product_terms import Filter, TermTable, keep_inner, keep_left, keep_outer, keep_scalar, product_terms
+from .product_terms import Filter, TermTable, keep_inner, keep_left, keep_outer, keep_right, keep_scalar, product_terms
 
 #: Largest exponent in a formula: powers are products.
 MAX_POWER = 16
@@ -106,6 +106,10 @@ class Multivector(BladeSum):
     def left_contraction(self, other: Multivector | Number) -> Multivector:
         """Left contraction: the part of grade (right - left)."""
         return self.product(other, keep_left)
+
+    def right_contraction(self, other: Multivector | Number) -> Multivector:
+        """Right contraction: the part of grade (left - right)."""
+        return self.product(other, keep_right)
 
     def scalar_product(self, other: Multivector | Number) -> Multivector:
         """<A B>_0; unlike the inner product it is not zero with scalars."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from fractions import Fraction
+from typing import Any
 
 from .blades import BladeBasis, grade, outer_sign
 
 #: The terms of a product of two blades: bit masks with weights.
 TermTable = Callable[[int, int], Iterable[tuple[int, Fraction]]]
-#: For grades (a, b) and the grade c of one term of the geometric product: does the product keep it?
-Filter = Callable[[int, int, int], bool]
+#: For grades (a, b) and the grade c of one term of the geometric product, or arrays of them: does the product keep it?
+Filter = Callable[[Any, Any, Any], Any]
 
 
 def keep_outer(a: int, b: int, c: int) -> bool:
@@ -20,12 +21,17 @@ def keep_outer(a: int, b: int, c: int) -> bool:
 
 def keep_inner(a: int, b: int, c: int) -> bool:
     """Inner product of the thesis (1.2.2): the grades' difference, zero with scalars."""
-    return c == abs(a - b) and a > 0 and b > 0
+    return (c == abs(a - b)) & (a > 0) & (b > 0)
 
 
 def keep_left(a: int, b: int, c: int) -> bool:
     """Left contraction."""
     return c == b - a
+
+
+def keep_right(a: int, b: int, c: int) -> bool:
+    """Right contraction."""
+    return c == a - b
 
 
 def keep_scalar(a: int, b: int, c: int) -> bool:

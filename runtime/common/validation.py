@@ -37,6 +37,8 @@ Axes = tuple[int | str | EllipsisType, ...]
 MAX_REPR = 60
 #: Numbers of which bytes are searched faster than NumPy calls a reduction.
 FEW = 4096
+#: Items of a batch: numbers beyond are mistakes.
+MAX_ITEMS = 2**48
 #: Range of finite numbers.
 MAX_FLOAT = sys.float_info.max
 
@@ -223,6 +225,12 @@ def as_int(
     limits = f"from {low} to {high}" if high is not None else f"of at least {low}"
     needed = "a positive whole number" if low == 1 and high is None else f"a whole number {limits}"
     raise invalid(value, name, needed, error)
+
+
+def as_shape(value: Any, name: str, error: type[BladesmithError] = ShapeError) -> tuple[int, ...]:
+    """The shape of a batch: a number of items, or a tuple of such numbers."""
+    entries = value if isinstance(value, tuple | list) else (value,)
+    return tuple(as_int(n, name, 0, MAX_ITEMS, error) for n in entries)
 
 
 def as_axis(value: Any, shape: tuple[int, ...], what: str, error: type[BladesmithError] = ShapeError) -> int:

@@ -2,19 +2,91 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ..common.validation import as_bool, as_int
 from ..dispatch.multivector_data import MultivectorData
 from ..status import Status
 
-#: Items at each end of a batch that are shown; the rest is dots.
-EDGE = 3
-#: Terms of one item that are shown.
-MOST_TERMS = 12
-#: Significant digits.
-DIGITS = 6
+
+@dataclass(frozen=True)
+class PrintOptions:
+    """How multivectors are printed.
+
+    Attributes
+    ----------
+    unicode : bool
+        Subscripts in place of letters and digits: e\u2081\u2082 for e12, n\u2092 and n\u221e for no and ni.
+    digits : int
+        Significant digits of coefficients.
+    terms : int
+        Terms of one item that are shown.
+    edge : int
+        Items at each end of a batch that are shown; the rest is dots.
+    """
+
+    unicode: bool = False
+    digits: int = 6
+    terms: int = 12
+    edge: int = 3
+
+
+DEFAULT = PrintOptions()
+_options: ContextVar[PrintOptions] = ContextVar("bladesmith_print_options", default=DEFAULT)
+
+
+def set_print_options(
+    *, unicode: bool | None = None, digits: int | None = None, terms: int | None = None, edge: int | None = None
+) -> None:
+    """Set how multivectors are printed from now on; what is not given stays.
+
+    Parameters
+    ----------
+    unicode : bool, optional
+        Print e\u2081\u2082 for e12, and n\u2092, n\u221e for no, ni.
+    digits : int, optional
+        Significant digits of coefficients, 6 at first.
+    terms : int, optional
+        Terms of one item that are shown, 12 at first.
+    edge : int, optional
+        Items at each end of a batch that are shown, 3 at first.
+
+    Raises
+    ------
+    InputError
+        If a value is not a flag, or not a number in range.
+    """
+    _options.set(_changed(unicode, digits, terms, edge))
+
+
+@contextmanager
+def print_options(
+    *, unicode: bool | None = None, digits: int | None = None, terms: int | None = None, edge: int | None = None
+) -> Iterator[None]:
+    """Context in which multivectors are printed in another way; parameters of `set_print_options`."""
+    token = _options.set(_changed(unicode, digits, terms, edge))
+    try:
+        yield
+    finally:
+        _options.reset(token)
+
+
+def _changed(unicode: Any, digits: Any, terms: Any, edge: Any) -> PrintOptions:
+    given: dict[str, Any] = {} if unicode is None else {"unicode": as_bool(unicode, "unicode")}
+    for name, value, high in (("digits", digits, MOST_DIGITS), ("terms", terms, None), ("edge", edge, None)):
+        if value is not None:
+            given[name] = as_int(value, name, 1, high)
+    return replace(_options.get(), **given)
+
+
+#: Significant digits that a double has.
+MOST_DIGITS = 17
 
 
 def plain(x: MultivectorData) -> str:
@@ -25,12 +97,13 @@ def plain(x: MultivectorData) -> str:
     if not x.shape:
         return f"{head}: {_item(x, ())}"
     lines = [f"{head}, shape {x.shape}:"]
-    indices = list(np.ndindex(x.shape)) if x.size <= 2 * EDGE else None
+    edge = _options.get().edge
+    indices = list(np.ndindex(x.shape)) if x.size <= 2 * edge else None
     if indices is None:
-        ends = [*range(EDGE), *range(x.size - EDGE, x.size)]
+        ends = [*range(edge), *range(x.size - edge, x.size)]
         indices = [tuple(int(i) for i in np.unravel_index(i, x.shape)) for i in ends]
     for count, index in enumerate(indices):
-        if count == EDGE and x.size > 2 * EDGE:
+        if count == edge and x.size > 2 * edge:
             lines.append("  ...")
         lines.append(f"  [{', '.join(map(str, index))}] {_item(x, index)}")
     return "\n".join(lines)
@@ -44,7 +117,7 @@ def _kind_name(x: MultivectorData) -> str:
 
 
 def _item(x: MultivectorData, index: tuple[int, ...]) -> str:
-    text = _sum([(_number(v), x.algebra.blade_name(b)) for b, v in _terms(x, index)])
+    text = _sum([(_number(v), blade_text(x.algebra, b)) for b, v in _terms(x, index)])
     status = np.asarray(x.status)[index]
     return text if status == Status.OK else f"{text} ({Status(int(status)).name})"
 
@@ -55,13 +128,14 @@ def _terms(x: MultivectorData, index: tuple[int, ...]) -> list[tuple[int, float]
 
 
 def _number(value: float) -> str:
-    return f"{value:.{DIGITS}g}"
+    return f"{value:.{_options.get().digits}g}"
 
 
 def _sum(terms: list[tuple[str, str]]) -> str:
     if not terms:
         return "0"
-    shown = terms if len(terms) <= MOST_TERMS + 1 else terms[:MOST_TERMS]
+    most = _options.get().terms
+    shown = terms if len(terms) <= most + 1 else terms[:most]
     text = ""
     for number, blade in shown:
         negative = number.startswith("-")
@@ -74,8 +148,9 @@ def latex(x: MultivectorData) -> str:
     """LaTeX for notebooks, with subscripts; a batch is abbreviated to its ends."""
     if not x.shape:
         return f"${_latex_item(x, ())}$"
-    rows = [f"{_latex_item(x, (i, *([0] * (x.ndim - 1))))}" for i in range(min(x.shape[0], EDGE))] if x.size else []
-    if x.size and x.shape[0] > EDGE:
+    edge = _options.get().edge
+    rows = [f"{_latex_item(x, (i, *([0] * (x.ndim - 1))))}" for i in range(min(x.shape[0], edge))] if x.size else []
+    if x.size and x.shape[0] > edge:
         rows.append(r"\vdots")
     return "$\\begin{array}{l}" + r"\\".join(rows) + "\\end{array}$"
 
@@ -96,9 +171,24 @@ def _latex_blade(algebra: Any, blade: int) -> str:
     labels = [v for i, v in enumerate(algebra.vectors) if blade >> i & 1]
     digits = [v for v in labels if v.isdigit()]
     joint = "," if any(len(v) > 1 for v in digits) else ""
-    words = [rf"\mathbf{{n}}_{{{WORDS.get(v, v)}}}" for v in labels if not v.isdigit()]
+    words = [WORDS.get(v, rf"\mathbf{{{v}}}".replace("_", r"\_")) for v in labels if not v.isdigit()]
     return (rf"\mathbf{{e}}_{{{joint.join(digits)}}}" if digits else "") + r" \wedge ".join(words)
 
 
-#: Subscripts of vectors that are not numbered.
-WORDS = {"no": "0", "ni": r"\infty"}
+#: Vectors that are not numbered.
+WORDS = {"no": r"\mathbf{n}_{0}", "ni": r"\mathbf{n}_{\infty}"}
+
+
+def blade_text(algebra: Any, blade: int) -> str:
+    """Name of a blade as it is printed: with subscripts, vectors whose numbers have several digits one by one."""
+    if blade == 0 or not _options.get().unicode:
+        return str(algebra.blade_name(blade))
+    labels = [v for i, v in enumerate(algebra.vectors) if blade >> i & 1]
+    digits = [v.translate(SUBSCRIPTS) for v in labels if v.isdigit()]
+    joint = "e" if algebra.has_wide_labels else ""
+    words = [UNICODE_WORDS.get(v, v) for v in labels if not v.isdigit()]
+    return ("e" + joint.join(digits) if digits else "") + ("\u2227" if joint else "").join(words)
+
+
+SUBSCRIPTS = str.maketrans("0123456789", "".join(chr(0x2080 + digit) for digit in range(10)))
+UNICODE_WORDS = {"no": "n\u2092", "ni": "n\u221e"}

@@ -24,13 +24,18 @@ from ..common.validation import as_choice, real_array
 from ..dispatch.formulas import array_result
 from ..dispatch.multivector_data import Statuses
 from ..dispatch.stock_kernels import StockKernels
-from ..dispatch.types import TypedAlgebra
-from . import construction, formatting, functions, kind_constraints, linear_maps
+from . import construction, formatting, kind_constraints, linear_maps
+from .constructors import Constructors
+from .functions import exponentials, inverses, norms, powers
 from .operators import Number, Operators
 
 if TYPE_CHECKING:
     from ..codegen.algebra.multivector import Multivector as SymbolicMultivector
     from .geometry.parameters import Parameters
+
+
+#: `dir` of an algebra lists its blades in at most so many dimensions.
+DIRECTORY = 6
 
 
 class Multivector(Operators):
@@ -56,16 +61,16 @@ class Multivector(Operators):
     def norm(self, *, status: Literal[True], strict: bool = ...) -> tuple[NDArray[Any], Statuses]: ...
     def norm(self, *, status: bool = False, strict: bool = False) -> NDArray[Any] | tuple[NDArray[Any], Statuses]:
         """sqrt |<x ~x>_0| of each item; (norm, status) if requested, and with ``strict`` an error instead of NaN."""
-        return array_result(functions.norm(self), self._status, "norm", status, strict)
+        return array_result(norms.norm(self), self._status, "norm", status, strict)
 
     def normalized(
         self, kind: str | Kind | None = None, strict: bool = False, tolerance: float | None = None
     ) -> Multivector:
-        """Each item at unit scale, of a constrained kind where that holds; see `functions.normalized`.
+        """Each item at unit scale, of a constrained kind where that holds; see `norms.normalized`.
 
         With a ``tolerance`` the nearest member of the kind, and how far that is in `deviation`.
         """
-        return functions.normalized(self, kind, strict, tolerance)
+        return norms.normalized(self, kind, strict, tolerance)
 
     normalised = normalized
 
@@ -74,29 +79,41 @@ class Multivector(Operators):
 
     def inverse(self, method: str = "auto", strict: bool = False) -> Multivector:
         """The y with x y = 1; `SINGULAR` without one. ``method``: "auto", "shirokov", "hitzer" or "matrix"."""
-        return functions.inverse(self, method, strict)
+        return inverses.inverse(self, method, strict)
 
     def exp(self, strict: bool = False) -> Multivector:
         """Exponential: a motor from the bivector of a motion, a series for anything else."""
-        return functions.exp(self, strict)
+        return exponentials.exp(self, strict)
 
     def log(self, strict: bool = False) -> Multivector:
         """The bivector whose exponential is this motor; its angle lies in [0, 2 pi)."""
-        return functions.log(self, strict)
+        return exponentials.log(self, strict)
 
     def sqrt(self, strict: bool = False) -> Multivector:
         """The motor of half the motion."""
-        return functions.sqrt(self, strict)
+        return exponentials.sqrt(self, strict)
 
     def reflect(self, mirror: Multivector, strict: bool = False) -> Multivector:
         """This object reflected, or inverted, in a blade."""
-        return functions.reflect(self, mirror, strict)
+        return norms.reflect(self, mirror, strict)
 
     def __truediv__(self, other: Any) -> Multivector:
         return self * other.inverse() if isinstance(other, Multivector) else super().__truediv__(other)
 
     def __rtruediv__(self, other: Any) -> Multivector:
         return self.inverse().__rmul__(other)
+
+    def __pow__(self, exponent: Any) -> Multivector:
+        """A power: of whole numbers the product, else exp(exponent log(x)), for what has a logarithm; see `power`."""
+        return powers.power(self, exponent)
+
+    def power(self, exponent: Any, strict: bool = False) -> Multivector:
+        """``x ** exponent``, of whole numbers by products, of other numbers and arrays of them by exp and log.
+
+        Negative powers are those of the inverse, with its statuses. An array of exponents broadcasts over the items:
+        ``R ** np.linspace(0, 1, 5)`` are five steps from the identity to R.
+        """
+        return powers.power(self, exponent, strict)
 
     # -- comparison and conversion -------------------------------------------------------------------------
 
@@ -176,15 +193,16 @@ class Multivector(Operators):
         return formatting.latex(self)
 
 
-class Algebra(TypedAlgebra):
+class Algebra(Constructors[Multivector]):
     """A geometric algebra whose multivectors hold numbers. Made by `algebra`, or one of the stock ones.
 
     Basis blades are attributes: ``alg.e12``, ``cga.ni``.
 
     Attributes
     ----------
-    blades : tuple of Blade
-        All basis blades in storage order: by grade, then by index. They are bit masks that print as names.
+    blades : BasisBlades
+        All basis blades in storage order: by grade, then by index. They are bit masks that print as names; by name,
+        ``alg.blades["e12"]``, each is a multivector.
     kinds : dict of str to Kind
     signature : (p, q, r)
     """
@@ -327,10 +345,12 @@ class Algebra(TypedAlgebra):
         if name.startswith("_") or name == "vectors":
             raise AttributeError(name)
         try:
-            blade, sign = self.parse_blade(name)
+            return self.basis_blade(name)
         except BladeError as error:
             raise AttributeError(f"{self.name} has no {name!r}, and it is not a blade: {error}") from None
-        return self.multivector({self.named_blades[blade]: float(sign)})
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *(self.blades.keys() if self.dimension <= DIRECTORY else [])]
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self._origin:

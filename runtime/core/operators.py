@@ -87,6 +87,10 @@ class Operators(MultivectorData):
         """The part of grade s - r of the product."""
         return _product("left_contraction", self, other)
 
+    def right_contraction(self, other: Self | Number) -> Self:
+        """The part of grade r - s of the product."""
+        return _product("right_contraction", self, other)
+
     def scalar_product(self, other: Self | Number) -> Self:
         """<a b>_0; unlike the inner product it is not zero with scalars."""
         return _product("scalar_product", self, other)

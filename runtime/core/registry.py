@@ -5,35 +5,111 @@ Each is made once in a process, so that multivectors of one algebra always meet.
 
 from __future__ import annotations
 
+import hashlib
+import keyword
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from ..codegen.algebra import algebra as mathematics
+from ..codegen.algebra import metrics
 from ..codegen.algebra.algebra import add_plain_kinds
-from ..codegen.algebra.blades import validated_identifier
+from ..codegen.algebra.blades import DIGITS, validated_identifier
 from ..codegen.algebra.loader import STOCK, data_from_algebra
-from ..codegen.errors import BladesmithError, SpecError, one_line
+from ..codegen.errors import BladesmithError, SignatureError, SpecError, one_line
 from ..common.files import as_path
 from ..dispatch import stock_kernels
 from ..dispatch.stock_kernels import StockKernels
 from .multivector import Algebra
 
 
-def algebra(p: int, q: int = 0, r: int = 0) -> Algebra:
-    """Cl(p, q, r), to 15 dimensions: e1 .. ep square to +1, the next q to -1, the last r to 0.
+def algebra(
+    p: int | None = None,
+    q: int = 0,
+    r: int = 0,
+    *,
+    signature: Iterable[int] | None = None,
+    metric: Any = None,
+    vectors: str | Iterable[str] | None = None,
+) -> Algebra:
+    """A geometric algebra, by numbers of vectors, by their squares, or by any metric; to 24 dimensions.
 
-    With r = 1 the null vector is e0 and comes first. ``algebra(3, 0, 1)`` is the stock ``pga3d``.
+    Parameters
+    ----------
+    p, q, r : int
+        Cl(p, q, r): e1 .. ep square to +1, the next q to -1, the last r to 0. With r = 1 the null vector is e0 and
+        comes first. ``algebra(3, 0, 1)`` is the stock ``pga3d``.
+    signature : sequence of int, optional
+        In place of them, the square of each vector: 1, -1 or 0. A single null vector that comes first is e0.
+    metric : matrix or dict, optional
+        In place of them, the inner products of the vectors: a symmetric matrix (nested lists, an array, a SymPy
+        matrix), or products by names, ``{"no|ni": -1, "e1": 2}``; a vector that no key names squares to 1. Metrics
+        are exact: whole numbers, fractions, their text ("1/3"), or floats that are binary fractions.
+    vectors : str or sequence of str, optional
+        Names of the vectors, "e1 e2 no ni". No name begins with another.
 
     Raises
     ------
     SignatureError
-        If a number is not a non-negative integer, or there are more than 15 vectors.
+        If a number is not a non-negative integer, there are more than 24 vectors, the metric is not symmetric or not
+        exact, or the names are not those of as many vectors.
+
+    Examples
+    --------
+    >>> import bladesmith as bs
+    >>> bs.algebra(signature=[0, 1, 1]) is bs.algebra(2, 0, 1)
+    True
+    >>> cga = bs.algebra(metric={"no|ni": -1}, vectors="e1 e2 e3 no ni")
+    >>> cga.no * cga.ni
+    1_noni of cl4_1_0_981e7d19: -1 + 1 noni
     """
-    plain = mathematics.orthonormal(p, q, r)  # checks the numbers
-    return _plain_algebra(p, q, r) if plain.signature != (3, 0, 1) else stock_algebra("pga3d")
+    ways = [p is not None, signature is not None, metric is not None]
+    if sum(ways) != 1 or (p is None and (q != 0 or r != 0)):
+        raise SignatureError(
+            "an algebra is made by one of: algebra(p, q, r), algebra(signature=[...]), algebra(metric=...)."
+        )
+    names = None if vectors is None else metrics.read_labels(vectors)
+    if p is not None:
+        plain = mathematics.orthonormal(p, q, r)  # checks the numbers
+        if names is None:
+            return _plain_algebra(p, q, r) if plain.signature != (3, 0, 1) else stock_algebra("pga3d")
+        products = [list(row) for row in plain.metric]
+    elif signature is not None:
+        products = metrics.from_squares(signature)
+    elif isinstance(metric, Mapping):
+        if names is None:
+            raise SignatureError("a metric by names needs those of all vectors.", remedy='Add vectors="e1 e2 no ni"')
+        products = metrics.from_products(metric, names)
+    else:
+        products = metrics.from_matrix(metric)
+    if names is None:
+        names = metrics.usual_labels(products)
+    return _algebra_of(names, products)
+
+
+def _algebra_of(labels: list[str], metric: metrics.Metric) -> Algebra:
+    """The one algebra on these vectors: the usual one of its signature, where it is that."""
+    if len(labels) != len(metric):
+        raise SignatureError(f"there are {len(labels)} names of vectors and {len(metric)} vectors.")
+    new = mathematics.Algebra("new", labels, metric)
+    p, q, r = new.signature
+    usual = algebra(p, q, r)
+    if (usual.vectors, usual.metric) == (new.vectors, new.metric):
+        return usual
+    reserved = [new.blade_name(1 << i) for i, label in enumerate(new.vectors) if is_reserved(label)]
+    if reserved:
+        raise SignatureError(f"{reserved[0]} cannot be the name of a basis vector: algebras have an attribute of it.")
+    data = {**data_from_algebra(new), "kinds": {}}
+    digest = hashlib.sha256(repr((data["vectors"], data["metric"])).encode()).hexdigest()[:DIGITS]
+    return Algebra.intern({**data, "name": f"cl{p}_{q}_{r}_{digest}"})
+
+
+def is_reserved(name: str) -> bool:
+    """Test whether a basis vector of this name could not be written: a word of Python, or an attribute of algebras."""
+    return keyword.iskeyword(name) or hasattr(Algebra, name)
 
 
 @cache

@@ -36,6 +36,8 @@ Integers = NDArray[np.int32]
 MAX_PAIRS = 2**25
 #: The NumPy path makes this many numbers at a time, so that its temporary arrays stay in the cache.
 CHUNK = 2**14
+#: Bits of half a blade.
+HALF = (MAX_DIMENSION + 1) // 2
 #: Without the extension numba multiplies from so many terms on: it takes a second to load, or two to compile.
 NUMBA_TERMS = 10**7
 
@@ -44,6 +46,7 @@ FILTERS: dict[str, Filter | None] = {
     "outer": filters.keep_outer,
     "inner": filters.keep_inner,
     "left_contraction": filters.keep_left,
+    "right_contraction": filters.keep_right,
     "scalar_product": filters.keep_scalar,
 }
 #: The halves of commutator and anticommutator: sign of the reversed product.
@@ -207,9 +210,7 @@ def product_table(
     left, right, result, weights = _terms(algebra, operation, blades_a, blades_b)
     found = set(np.unique(result).tolist())
     blades = blades_c or algebra.order(found) or (0,)
-    place = np.full(1 << algebra.dimension, -1, np.int32)
-    place[list(blades)] = np.arange(len(blades), dtype=np.int32)
-    target = place[result]
+    target = _places(np.array(blades, np.int64), result)
     order = np.argsort(target, kind="stable")
     order = order[target[order] >= 0]
     starts = np.searchsorted(target[order], np.arange(len(blades) + 1)).astype(np.int32)
@@ -246,14 +247,8 @@ def _diagonal_terms(algebra: Algebra, operation: str, blades_a: Sequence[int], b
         weight = (weight + SYMMETRIC[operation] * _product_weights(algebra, b, a)) / 2
     elif operation == "reversed":
         weight = weight * np.where(gb & 2, -1.0, 1.0)
-    elif operation == "outer":
-        weight = np.where(gc == ga + gb, weight, 0.0)
-    elif operation == "inner":
-        weight = np.where((gc == abs(ga - gb)) & (ga > 0) & (gb > 0), weight, 0.0)
-    elif operation == "left_contraction":
-        weight = np.where(gc == gb - ga, weight, 0.0)
-    elif operation == "scalar_product":
-        weight = np.where(gc == 0, weight, 0.0)
+    elif keep := FILTERS.get(operation):
+        weight = np.where(keep(ga, gb, gc), weight, 0.0)
     left, right = np.nonzero(weight)
     return left, right, c[left, right], weight[left, right]
 
@@ -274,12 +269,13 @@ def _product_weights(algebra: Algebra, a: NDArray[Any], b: NDArray[Any]) -> NDAr
 
 @cache
 def _population() -> NDArray[np.int16]:
-    """Number of bits of every blade there can be."""
-    return np.array([i.bit_count() for i in range(1 << MAX_DIMENSION)], np.int16)
+    """Number of bits of every half of a blade there can be."""
+    return np.array([i.bit_count() for i in range(1 << HALF)], np.int16)
 
 
 def _grades(blades: NDArray[Any]) -> NDArray[np.int16]:
-    grades: NDArray[np.int16] = _population()[blades]
+    population = _population()
+    grades: NDArray[np.int16] = population[blades & ((1 << HALF) - 1)] + population[blades >> HALF]
     return grades
 
 
@@ -339,6 +335,13 @@ def linear_map(
     ]
     columns = list(zip(*rows, strict=True)) or [(), (), ()]
     return np.array(columns[0], np.int64), np.array(columns[1], np.int64), np.array(columns[2], np.float64)
+
+
+def _places(blades: NDArray[np.int64], wanted: NDArray[Any]) -> NDArray[np.int64]:
+    """Places of blades in a list of distinct ones; -1 where it lacks one."""
+    order = np.argsort(blades)
+    rank = np.minimum(np.searchsorted(blades[order], wanted), len(blades) - 1)
+    return np.where(blades[order][rank] == wanted, order[rank], -1)
 
 
 #: Linear maps by name, on exact basis blades.

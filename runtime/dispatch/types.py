@@ -151,6 +151,7 @@ class TypedAlgebra(mathematics.Algebra):
     @cached_property
     def blades(self) -> tuple[Blade, ...]:
         """All basis blades in storage order."""
+        self.check_listed()
         order = (b for g in range(self.dimension + 1) for b in self.blades_of_grade(g))
         return tuple(self.named_blades[blade] for blade in order)
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from ..codegen.algebra.algebra import Kind
 from ..codegen.errors import InputError
 from ..common.validation import as_bool
-from ..core import functions
 from ..core.clifford_layouts import blade_table, layout_blades, layout_signature
+from ..core.functions import norms
 from ..core.multivector import Algebra, Multivector
 from ..core.registry import algebra as algebra_by_signature
 from ..dispatch.product_tables import basis_blade
@@ -76,7 +76,7 @@ def from_clifford(
     place = {int(b): i for i, b in enumerate(orthonormal.blades)}
     made = orthonormal.multivector(dense[..., [place[int(b)] for b in present]], blades=present)
     made = made if algebra is None else algebra.multivector(made)
-    return functions.nearest(made, kind, tolerance, NOISE) if as_bool(nearest, "nearest") else made
+    return norms.nearest(made, kind, tolerance, NOISE) if as_bool(nearest, "nearest") else made
 
 
 def _items(value: Any) -> tuple[tuple[int, ...], list[Any]]:

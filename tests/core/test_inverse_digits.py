@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import bladesmith as bs
-from bladesmith.core import inverses
+from bladesmith.core.functions import inverses
 from bladesmith.dispatch.product_tables import product_table
 
 #: Fixed point of the exact inverse, and what its residual is below.

@@ -29,6 +29,11 @@ def left_contraction(x: Multivector, y: Multivector) -> Multivector:
     return x.left_contraction(y)
 
 
+def right_contraction(x: Multivector, y: Multivector) -> Multivector:
+    """Right contraction of x by y."""
+    return x.right_contraction(y)
+
+
 def scalar_product(x: Multivector, y: Multivector) -> Multivector:
     """<x y>_0."""
     return x.scalar_product(y)

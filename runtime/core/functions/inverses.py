@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import NotInvertibleError
-from ..common.parallel import interruptible
-from ..common.validation import as_bool, as_choice
-from ..dispatch import kind_inference
-from ..dispatch.coefficients import embed, normalize_exponents
-from ..dispatch.formulas import FormulaResult, evaluate, invalidate_nonfinite, propagate_invalid, raise_first
-from ..dispatch.product_tables import product_table
-from ..status import Status
-from . import kind_constraints, linear_maps
-from .operators import Operators, P
+from ...codegen.errors import NotInvertibleError
+from ...common.parallel import interruptible
+from ...common.validation import as_bool, as_choice
+from ...dispatch import kind_inference
+from ...dispatch.coefficients import embed, normalize_exponents
+from ...dispatch.formulas import FormulaResult, evaluate, invalidate_nonfinite, propagate_invalid, raise_first
+from ...dispatch.product_tables import product_table
+from ...status import Status
+from .. import kind_constraints, linear_maps
+from ..operators import Operators, P
 
 #: Methods of the general inverse (thesis 1.2.5); "auto" chooses for each item.
 METHODS = ("auto", "shirokov", "hitzer", "matrix")
@@ -95,7 +95,7 @@ def _by_adjugate(x: Operators, method: str) -> FormulaResult:
 
 
 def _over_determinant(x: P, method: str) -> P:
-    from ..codegen.formulas.products import inverses
+    from ...codegen.formulas.products import inverses
 
     adjugate: Any = {"shirokov": inverses.shirokov_adjugate, "hitzer": inverses.hitzer_adjugate}[method](x)  # type: ignore[arg-type]
     with np.errstate(all="ignore"):
@@ -109,7 +109,7 @@ def _residual(x: P, y: P) -> P:
 
 def _with_status(x: Operators, y: Operators, residual: Operators) -> FormulaResult:
     """y with its statuses: there is no inverse where the residual is no small number."""
-    from ..codegen.formulas.products import inverses
+    from ...codegen.formulas.products import inverses
 
     with np.errstate(all="ignore"):
         finite = np.isfinite(x._data).all(-1)
@@ -155,7 +155,7 @@ def _refine(x: P, y: P, residual: P, rough: NDArray[np.bool_]) -> tuple[P, P]:
 
 def _is_rough(x: Operators, y: Operators, residual: Operators) -> NDArray[np.bool_]:
     """Mark where the residual is more than what rounding leaves of the product, or no small number."""
-    from ..codegen.formulas.products.inverses import RESIDUAL
+    from ...codegen.formulas.products.inverses import RESIDUAL
 
     units = ROUNDED_SMALL if x.algebra.dimension <= SMALL else ROUNDED
     with np.errstate(all="ignore"):
@@ -210,7 +210,7 @@ def by_matrix(x: P) -> FormulaResult:
 
 def _solve_matrices(x: Operators) -> tuple[NDArray[Any], NDArray[np.uint8]]:
     """Coefficients of inverses and their statuses."""
-    from ..codegen.formulas.products.inverses import RESIDUAL
+    from ...codegen.formulas.products.inverses import RESIDUAL
 
     matrix, blades = _left_matrix(x)
     unit = np.zeros((*x.shape, len(blades), 1), x.dtype)

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.algebra.algebra import Kind
-from ..codegen.errors import GradeError, NotARotorError
-from ..common.dtypes import F32, F64
-from ..common.validation import as_bool
-from ..dispatch import kind_inference
-from ..dispatch.coefficients import embed
-from ..dispatch.formulas import evaluate, invalidate, invalidate_nonfinite, item_value, raise_first
-from .operators import Operators, P
+from ...codegen.algebra.algebra import Kind
+from ...codegen.errors import GradeError, NotARotorError
+from ...common.dtypes import F32, F64
+from ...common.validation import as_bool
+from ...dispatch import kind_inference
+from ...dispatch.coefficients import embed
+from ...dispatch.formulas import evaluate, invalidate, invalidate_nonfinite, item_value, raise_first
+from ..operators import Operators, P
 
 #: The series of `exp` runs on arguments of at most 2^-4, halved until they are.
 SERIES_EXPONENT, SERIES_TERMS = 4, 12
@@ -54,7 +54,7 @@ def exp(x: P, strict: bool = False) -> P:
 
 
 def _exp_formula(x: Operators) -> str:
-    from ..codegen.formulas.products import exponentials, invariant
+    from ...codegen.formulas.products import exponentials, invariant
 
     b = kind_inference.member(x.kind.layout, 0)
     if exponentials.is_motion(b) or not (b * b).grade(4).terms:
@@ -164,7 +164,7 @@ def _rotor_function(x: P, name: str, strict: bool) -> P:
 
 
 def _rotor_formula(x: Operators, name: str) -> str:
-    from ..codegen.formulas.products import exponentials, invariant
+    from ...codegen.formulas.products import exponentials, invariant
 
     member = kind_inference.member(x.kind.layout, 0)
     if not exponentials.is_motor(member) and invariant.decomposes(member, invertibly=True):

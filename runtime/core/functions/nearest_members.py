@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.algebra.algebra import Kind
-from ..dispatch.coefficients import embed
-from ..dispatch.multivector_data import MultivectorData
-from .kind_constraints import quadratic_constraints
+from ...codegen.algebra.algebra import Kind
+from ...dispatch.coefficients import embed
+from ...dispatch.multivector_data import MultivectorData
+from ..kind_constraints import quadratic_constraints
 
 Array = NDArray[np.float64]
 #: Steps square the distance: three suffice from 1e-2.
@@ -63,7 +63,7 @@ def spread(x: MultivectorData, kind: Kind) -> Array:
 
 def unit_weights(rows: Array, algebra: Any, blades: Sequence[int]) -> Array:
     """Factors of the coefficients that change the unit of length to the items' distance from the origin, or to one."""
-    from ..codegen.formulas.objects.subspaces import length_powers  # brings the tracer of formulas: when it is needed
+    from ...codegen.formulas.objects.subspaces import length_powers  # brings the tracer of formulas: when it is needed
 
     powers = np.array(length_powers(algebra, tuple(int(b) for b in blades)))
     low, level, high = (np.abs(rows[:, powers == p]).max(-1, initial=0.0) for p in (-1, 0, 1))

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.algebra.algebra import Kind
-from ..codegen.errors import AlgebraMismatchError, GradeError, KindError
-from ..common.dtypes import F64
-from ..common.validation import as_bool, as_float
-from ..dispatch.coefficients import embed, normalize_exponents
-from ..dispatch.formulas import (
+from ...codegen.algebra.algebra import Kind
+from ...codegen.errors import AlgebraMismatchError, GradeError, KindError
+from ...common.dtypes import F64
+from ...common.validation import as_bool, as_float
+from ...dispatch.coefficients import embed, normalize_exponents
+from ...dispatch.formulas import (
     evaluate,
     invalidate_nonfinite,
     item_value,
@@ -26,14 +26,12 @@ from ..dispatch.formulas import (
     raise_first,
     resolve_kernel,
 )
-from ..dispatch.multivector_data import check_multivector
-from ..dispatch.types import Type
-from ..status import Status
-from . import kind_constraints, linear_maps
-from .exponentials import exp, log, sqrt
-from .inverses import inverse
+from ...dispatch.multivector_data import check_multivector
+from ...dispatch.types import Type
+from ...status import Status
+from .. import kind_constraints, linear_maps
+from ..operators import Operators, P
 from .nearest_members import distance, nearest_member, spread
-from .operators import Operators, P
 
 #: The nearest motor, line, plane or sphere.
 NEAREST = "versors.normalise_flat"
@@ -254,6 +252,3 @@ def reflect(x: P, mirror: P, strict: bool = False) -> P:
     if as_bool(strict, "strict"):
         raise_first(outcome.status, "reflect")
     return outcome.value  # type: ignore[no-any-return]
-
-
-__all__ = ["exp", "inverse", "log", "norm", "normalized", "reflect", "sqrt"]

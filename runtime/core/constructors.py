@@ -1,0 +1,156 @@
+"""What every algebra makes: multivectors of a grade, random members of kinds, basis blades by name."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, Generic, SupportsIndex, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.algebra.algebra import Kind
+from ..codegen.algebra.members import NumericSource, sample
+from ..codegen.errors import InputError
+from ..common.dtypes import F64, as_precision
+from ..common.validation import as_shape
+from ..dispatch.types import Blade, TypedAlgebra
+from . import construction
+from .cayley import CayleyTable
+from .operators import P
+
+
+class BasisBlades(tuple[Blade, ...], Generic[P]):
+    """All basis blades in storage order; by name each is a multivector, ``blades["e12"]``.
+
+    ``globals().update(alg.blades)`` makes variables of all but the scalar.
+    """
+
+    algebra: Constructors[P]
+
+    @overload
+    def __getitem__(self, key: str) -> P: ...
+    @overload
+    def __getitem__(self, key: SupportsIndex) -> Blade: ...
+    @overload
+    def __getitem__(self, key: slice) -> tuple[Blade, ...]: ...
+    def __getitem__(self, key: Any) -> Any:
+        return self.algebra.basis_blade(key) if isinstance(key, str) else super().__getitem__(key)
+
+    def keys(self) -> list[str]:
+        """Names of the blades, without that of the scalar."""
+        return [blade.name for blade in self if blade]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return getattr, (self.algebra, "blades")
+
+
+class Constructors(TypedAlgebra, Generic[P]):
+    """An algebra as the maker of multivectors; `core.multivector.Algebra` is the one that users hold."""
+
+    def multivector(self, values: Any, *arguments: Any, **options: Any) -> P:
+        """Multivectors from coefficients; see `core.multivector.Algebra.multivector`."""
+        raise NotImplementedError
+
+    def wrap(self, kind: Kind, values: NDArray[Any], status: NDArray[np.uint8] | None = None) -> P:
+        """Rows of coefficients as multivectors; see `core.multivector.Algebra.wrap`."""
+        raise NotImplementedError
+
+    # -- of one grade --------------------------------------------------------------------------------------
+
+    def vector(self, values: Any, dtype: Any = None) -> P:
+        """Vectors from coefficients (..., n) in the order of the basis vectors, or from a dictionary by names."""
+        return self._of_grade(1, values, dtype)
+
+    def bivector(self, values: Any, dtype: Any = None) -> P:
+        """Bivectors from coefficients (..., k) in storage order (e12, e13, ...), or from a dictionary by names."""
+        return self._of_grade(2, values, dtype)
+
+    def trivector(self, values: Any, dtype: Any = None) -> P:
+        """Trivectors; values as of `bivector`."""
+        return self._of_grade(3, values, dtype)
+
+    def pseudoscalar(self, value: Any = 1.0, dtype: Any = None) -> P:
+        """Numbers times `I`."""
+        blade = self.multivector({self.named_blades[self.full_blade]: value}, dtype=dtype)
+        return blade if self.pseudoscalar_sign > 0 else -blade
+
+    @property
+    def I(self) -> P:  # noqa: E743
+        """The unit pseudoscalar: the blade of all vectors, in the order that duals are taken with."""
+        return self.pseudoscalar()
+
+    def _of_grade(self, grade: int, values: Any, dtype: Any) -> P:
+        if not isinstance(values, dict):
+            return self.multivector(values, grades=[grade], dtype=dtype)
+        x = self.multivector(values, dtype=dtype)
+        if set(x.grades) - {grade}:
+            wrong = next(blade for blade in x.blades if blade.grade != grade)
+            raise InputError(f"{wrong} is not of grade {grade}.", remedy="Use alg.multivector for mixed grades")
+        return x
+
+    # -- blades by name ------------------------------------------------------------------------------------
+
+    @cached_property
+    def blades(self) -> BasisBlades[P]:
+        """All basis blades in storage order: bit masks that print as names, and multivectors by name."""
+        blades: BasisBlades[P] = BasisBlades(super().blades)
+        blades.algebra = self
+        return blades
+
+    def basis_blade(self, name: str) -> P:
+        """The blade of a name, in the sign of the name's order of vectors: "e21" is -e12.
+
+        Raises
+        ------
+        BladeError
+            If the name is none.
+        """
+        blade, sign = self.parse_blade(name)
+        return self.multivector({self.named_blades[blade]: float(sign)})
+
+    def cayley(self, operation: str = "geometric") -> CayleyTable:
+        """The table of a product of all basis blades, up to eight dimensions; it prints as one.
+
+        Parameters
+        ----------
+        operation : str
+            "geometric", "outer", "inner", "left_contraction", "right_contraction", "scalar_product", "commutator",
+            "anticommutator" or "regressive".
+        """
+        return CayleyTable(self, operation)
+
+    # -- random members ------------------------------------------------------------------------------------
+
+    def random(
+        self,
+        kind: str | Kind = "multivector",
+        n: int | tuple[int, ...] | None = None,
+        seed: int | np.random.Generator | None = None,
+        dtype: Any = None,
+    ) -> P:
+        """Random members of a kind: exact ones up to rounding, so that unit versors are unit.
+
+        Parameters
+        ----------
+        kind : str or Kind
+            Default: all blades.
+        n : int or tuple of int, optional
+            Number of items, or shape of the batch. Default: a single multivector.
+        seed : int or numpy.random.Generator, optional
+            The same seed gives the same multivectors.
+        dtype : float64 or float32, optional
+
+        Notes
+        -----
+        Free coefficients are normal with deviation 1; those of constrained kinds are made of such numbers by the
+        kind's member, which is no uniform distribution over the kind.
+        """
+        wanted = construction.as_kind(self, kind)
+        lead = () if n is None else as_shape(n, "n")
+        count = int(np.prod(lead, dtype=np.int64))
+        member = sample(wanted, NumericSource(count, seed))
+        data = np.empty((count, wanted.size))
+        for i, value in enumerate(wanted.values(member)):
+            data[:, i] = value
+        precision = as_precision(dtype) or F64
+        return self.wrap(wanted, data.reshape(*lead, wanted.size).astype(precision))

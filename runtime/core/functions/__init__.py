@@ -1,0 +1,1 @@
+"""Functions of multivectors: formulas of the code generator by name, with statuses per item."""

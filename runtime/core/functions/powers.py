@@ -1,0 +1,54 @@
+"""Powers of multivectors: products for whole numbers, exp and log for all others."""
+
+from __future__ import annotations
+
+from operator import index
+from typing import Any
+
+import numpy as np
+
+from ...common.validation import as_int, real_array
+from ..operators import P
+from .exponentials import exp, log
+from .inverses import inverse
+
+#: Largest whole exponent: powers of more are numbers beyond all.
+MAX_POWER = 4096
+
+
+def power(x: P, exponent: Any, strict: bool = False) -> P:
+    """x to the power ``exponent``: a whole number, or numbers that broadcast over the items, by exp and log.
+
+    Raises
+    ------
+    InputError
+        If the exponent is not a real number or an array of them, or a whole one beyond `MAX_POWER`.
+    """
+    whole = None if isinstance(exponent, bool | np.bool_) else _whole(exponent)
+    if whole is None:
+        rows = real_array(exponent, "the exponent")
+        return exp(log(x, strict) * rows, strict)
+    as_int(abs(whole), "the exponent's size", 0, MAX_POWER)
+    base = x if whole >= 0 else inverse(x, strict=strict)
+    if whole == 0:
+        return x._make(x.algebra.type_of(x.algebra.layout_of((0,)), x.dtype), np.ones((*x._lead, 1), x.dtype), x._lead)
+    result, square, rest = None, base, abs(whole)
+    while True:
+        if rest & 1:
+            result = square if result is None else result * square
+        rest >>= 1
+        if not rest:
+            break
+        square = square * square
+    assert result is not None
+    return result if whole > 0 else x._make(result._type, result._data, result._lead, base._status)
+
+
+def _whole(exponent: Any) -> int | None:
+    """A whole number as such; also a float that is one."""
+    if isinstance(exponent, float) and exponent.is_integer():
+        return int(exponent)
+    try:
+        return index(exponent)
+    except TypeError:
+        return None
