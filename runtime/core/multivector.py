@@ -32,10 +32,13 @@ from .operators import Number, Operators
 if TYPE_CHECKING:
     from ..codegen.algebra.multivector import Multivector as SymbolicMultivector
     from .geometry.parameters import Parameters
+    from .outermorphisms import Outermorphism
 
 
 #: `dir` of an algebra lists its blades in at most so many dimensions.
 DIRECTORY = 6
+#: The representation of motors by matrices on homogeneous coordinates of points.
+HOMOGENEOUS = "homogeneous"
 
 
 class Multivector(Operators):
@@ -139,14 +142,14 @@ class Multivector(Operators):
 
     def to_basis(self, basis: str = "orthonormal") -> Multivector:
         """This in the algebra of the same signature on orthonormal vectors (in CGA e4 = e+, e5 = e-)."""
-        from . import basis_change
+        from .conversion import basis_change
 
         target = self.algebra.on_basis(basis)
         return self if target is self.algebra else basis_change.convert(self, target)
 
     def to_clifford(self, layout: Any = None) -> Any:
         """This as a multivector (an array of them, for a batch) of the package `clifford`."""
-        from . import clifford_layouts
+        from .conversion import clifford_layouts
 
         return clifford_layouts.to_clifford(self.to_basis(), layout)
 
@@ -155,12 +158,28 @@ class Multivector(Operators):
         return self.algebra.parameters(self)
 
     @overload
-    def to_matrix(self, *, status: Literal[False] = ..., strict: bool = ...) -> NDArray[Any]: ...
+    def to_matrix(
+        self, representation: str = ..., *, status: Literal[False] = ..., strict: bool = ...
+    ) -> NDArray[Any]: ...
     @overload
-    def to_matrix(self, *, status: Literal[True], strict: bool = ...) -> tuple[NDArray[Any], Statuses]: ...
-    def to_matrix(self, *, status: bool = False, strict: bool = False) -> NDArray[Any] | tuple[NDArray[Any], Statuses]:
-        """The 4 x 4 matrix of a motor, or of another versor that keeps points points; options as of `norm`."""
-        return array_result(self.algebra.matrix(self), self._status, "to_matrix", status, strict, 2)
+    def to_matrix(
+        self, representation: str = ..., *, status: Literal[True], strict: bool = ...
+    ) -> tuple[NDArray[Any], Statuses]: ...
+    def to_matrix(
+        self, representation: str = HOMOGENEOUS, *, status: bool = False, strict: bool = False
+    ) -> NDArray[Any] | tuple[NDArray[Any], Statuses]:
+        """The 4 x 4 matrix of a motor, or of another versor that keeps points points; options as of `norm`.
+
+        Or a matrix that stands for any multivector: ``representation`` "left" or "right", of its products with others,
+        "complex", the smallest complex ones (Pauli's, for three vectors); see `representations.to_matrix`.
+        """
+        if representation == HOMOGENEOUS:
+            return array_result(self.algebra.matrix(self), self._status, "to_matrix", status, strict, 2)
+        from .conversion import representations
+
+        return array_result(
+            representations.to_matrix(self, representation), self._status, "to_matrix", status, strict, 2
+        )
 
     # -- as formulas see it --------------------------------------------------------------------------------
 
@@ -260,7 +279,7 @@ class Algebra(Constructors[Multivector]):
         BladeError, KindError, ShapeError, InputError
             For unknown blades, items that are not of the kind, shapes that do not fit, values that are no numbers.
         """
-        from . import basis_change
+        from .conversion import basis_change
 
         precision = as_precision(dtype)
         if isinstance(values, Multivector):
@@ -284,7 +303,7 @@ class Algebra(Constructors[Multivector]):
         InputError
             If ``basis`` is another word.
         """
-        from . import basis_change
+        from .conversion import basis_change
 
         as_choice(basis, "basis", ("orthonormal",))
         return self if basis_change.is_orthonormal(self) else Algebra._by_signature(*self.signature)
@@ -316,6 +335,44 @@ class Algebra(Constructors[Multivector]):
         blades = layout.blades
         symbols = [sympy.Symbol(f"{name}_{self.blade_name(b)}" if b else name, real=True) for b in blades]
         return from_values(self, SymbolicRing(), blades, symbols)
+
+    def from_matrix(self, matrix: Any, representation: str = HOMOGENEOUS) -> Multivector:
+        """Multivectors from matrices (..., d, d) of `Multivector.to_matrix`, of the same ``representation``.
+
+        Raises
+        ------
+        InputError
+            If a matrix is that of no multivector of the algebra.
+        """
+        from .conversion import representations
+
+        if representation == HOMOGENEOUS:
+            motor: Multivector = representations.as_homogeneous(self)(self, matrix)
+            return motor
+        made: Multivector = representations.from_matrix(self, matrix, representation)
+        return made
+
+    def reciprocal_frame(self, frame: Multivector, strict: bool = False) -> Multivector:
+        """The reciprocal frame of vectors (..., k), in their span: a_i . a^j = 1 where i = j, and 0 elsewhere.
+
+        SINGULAR: they are dependent, or their span has a degenerate metric.
+        """
+        from .frames import reciprocal_frame
+
+        return reciprocal_frame(self, frame, strict)
+
+    def outermorphism(self, given: Any) -> Outermorphism[Multivector]:
+        """A linear map of vectors, extended to all blades.
+
+        Parameters
+        ----------
+        given : array (n, n), function, or Multivector
+            A matrix on coefficients of vectors; a function that gives the image of a vector; or a versor R, of which
+            the map is x -> R x R^-1, for odd ones the reflection x -> -R x R^-1.
+        """
+        from .outermorphisms import outermorphism
+
+        return outermorphism(self, given)
 
     # -- geometry, where the algebra has one ---------------------------------------------------------------
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..codegen.algebra.algebra import Kind
 from ..codegen.errors import InputError
 from ..common.validation import as_bool
-from ..core.clifford_layouts import blade_table, layout_blades, layout_signature
+from ..core.conversion.clifford_layouts import blade_table, layout_blades, layout_signature
 from ..core.functions import norms
 from ..core.multivector import Algebra, Multivector
 from ..core.registry import algebra as algebra_by_signature

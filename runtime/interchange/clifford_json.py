@@ -18,8 +18,8 @@ from ..codegen.documents.text import read_text
 from ..codegen.errors import BladesmithError, InputError, SignatureError
 from ..common.files import as_path, write_file
 from ..common.validation import as_instance, check_shape
-from ..core import basis_change
-from ..core.clifford_layouts import blade_table
+from ..core.conversion import basis_change
+from ..core.conversion.clifford_layouts import blade_table
 from ..core.multivector import Algebra, Multivector
 from ..core.registry import algebra as algebra_by_signature
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import bladesmith as bs
-from bladesmith.core import basis_change
+from bladesmith.core.conversion import basis_change
 from bladesmith.interchange.clifford import dual_sign, from_clifford
 
 from ..oracles.clifford_layouts import clifford

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import pkgutil
 import re
 import subprocess
 import sys
@@ -31,6 +32,8 @@ UNTYPED = {
     "whatever was interrupted": r"(Interrupted|ExecutorError)\.partial|Progress\.detail",
     "coefficients of any ring": r"codegen\.(Multivector\.scalar|rings\..*)",
 }
+#: What generic classes of the package are made for.
+MULTIVECTOR = "bladesmith.core.multivector.Multivector"
 #: A line of mypy's answer.
 REVEALED = re.compile(r'use\.py:(\d+): note: Revealed type is "(.*)"$', re.M)
 
@@ -80,6 +83,13 @@ def results(type_: str) -> Iterator[str]:
         yield type_
 
 
+def annotation(owner: str) -> str:
+    """A class as an annotation: generic ones with arguments."""
+    value = pkgutil.resolve_name(owner)
+    count = len(getattr(value, "__parameters__", ()))
+    return f"{owner}[{', '.join([MULTIVECTOR] * count)}]" if count else owner
+
+
 class User:
     """A user's file that asks mypy for types."""
 
@@ -101,7 +111,7 @@ class User:
         asked = {}
         for owner, names in expressions.items():
             if owner and names:
-                lines.append(f"def use_{len(lines)}(x: {owner}) -> None:")
+                lines.append(f"def use_{len(lines)}(x: {annotation(owner)}) -> None:")
             for name in names:
                 lines.append(f"    reveal_type(x.{name})" if owner else f"reveal_type({name})")
                 asked[len(lines)] = f"{owner}.{name}" if owner else name

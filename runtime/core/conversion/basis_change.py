@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.algebra.algebra import Algebra as Mathematics
-from ..codegen.algebra.multivector import Multivector as Exact
-from ..codegen.errors import AlgebraMismatchError, SignatureError
-from ..codegen.rings.protocol import RationalRing
-from ..dispatch.coefficients import embed
-from ..dispatch.multivector_data import M, MultivectorData
-from ..dispatch.types import TypedAlgebra
+from ...codegen.algebra.algebra import Algebra as Mathematics
+from ...codegen.algebra.multivector import Multivector as Exact
+from ...codegen.errors import AlgebraMismatchError, SignatureError
+from ...codegen.rings.protocol import RationalRing
+from ...dispatch.coefficients import embed
+from ...dispatch.multivector_data import M, MultivectorData
+from ...dispatch.types import TypedAlgebra
 
 
 def orthonormal_vectors(algebra: Mathematics) -> list[Exact]:

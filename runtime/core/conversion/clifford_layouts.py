@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import BladesmithError, MissingExtraError, SignatureError
-from ..dispatch.multivector_data import MultivectorData
-from ..dispatch.types import TypedAlgebra
+from ...codegen.errors import BladesmithError, MissingExtraError, SignatureError
+from ...dispatch.multivector_data import MultivectorData
+from ...dispatch.types import TypedAlgebra
 from . import basis_change
 
 
