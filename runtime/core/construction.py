@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.algebra.algebra import Kind
-from ..codegen.errors import BladeError, GradeError, ShapeError
+from ..codegen.errors import BladeError, GradeError, InputError, ShapeError
 from ..common.dtypes import common_precision
 from ..common.validation import as_instance, as_int, as_tuple, real_array
 from ..dispatch.types import TypedAlgebra
 from .linear_maps import blade_in
+from .operators import is_expression
 
 #: Rows whose columns are permuted at a time, so that an interrupt is seen.
 ROWS_AT_ONCE = 1 << 17
@@ -53,6 +54,43 @@ def from_array(
     rows = real_array(values, f"the array of values on {layout.name}", (..., layout.size))
     data = np.array(rows, order="C") if signs is None else _permute_columns(rows, signs)
     return layout, data
+
+
+def has_expressions(values: Any) -> bool:
+    """Test whether a dictionary, or a list, holds SymPy expressions."""
+    if isinstance(values, Mapping):
+        return any(is_expression(v) for v in values.values())
+    if isinstance(values, np.ndarray) and values.dtype != object:
+        return False
+    return isinstance(values, list | tuple | np.ndarray) and any(is_expression(v) for v in values)
+
+
+def symbolic(
+    algebra: TypedAlgebra, values: Any, grades: Any, blades: Any, kind: Any, basis: str | None, dtype: Any
+) -> Any:
+    """A symbolic multivector; parameters of `core.multivector.Algebra.multivector`.
+
+    Raises
+    ------
+    InputError
+        If a basis or a precision is asked for, which expressions do not have.
+    """
+    from .symbolic.multivector import as_polynomial, from_expressions
+
+    if basis is not None or dtype is not None:
+        raise InputError("basis= and dtype= are those of numbers; the values are expressions.")
+    if isinstance(values, Mapping):
+        total: Any = from_expressions(algebra, {})
+        for key, value in values.items():
+            blade, sign = blade_in(algebra, key)
+            total = total + sign * total.new({blade: as_polynomial(value)})
+        return total
+    layout, signs = layout_for(algebra, grades, blades, kind)
+    if len(values) != layout.size:
+        raise ShapeError(f"there are {len(values)} expressions; {layout.name} has {layout.size} coefficients.")
+    order = signs or [(i, 1) for i in range(layout.size)]
+    columns = {blade: (values[i], sign) for blade, (i, sign) in zip(layout.blades, order, strict=True)}
+    return from_expressions(algebra, {blade: value if s > 0 else -value for blade, (value, s) in columns.items()})
 
 
 def as_kind(algebra: TypedAlgebra, kind: Any) -> Kind:

@@ -156,7 +156,7 @@ def latex(x: MultivectorData) -> str:
 
 
 def _latex_item(x: MultivectorData, index: tuple[int, ...]) -> str:
-    terms = [(_latex_number(v), _latex_blade(x.algebra, b)) for b, v in _terms(x, index)]
+    terms = [(_latex_number(v), latex_blade(x.algebra, b)) for b, v in _terms(x, index)]
     return _sum(terms).replace("...", r"\dots")
 
 
@@ -165,7 +165,8 @@ def _latex_number(value: float) -> str:
     return f"{mantissa} \\cdot 10^{{{int(exponent)}}}" if exponent else mantissa.replace("inf", r"\infty")
 
 
-def _latex_blade(algebra: Any, blade: int) -> str:
+def latex_blade(algebra: Any, blade: int) -> str:
+    """Name of a blade in LaTeX."""
     if blade == 0:
         return "1"
     labels = [v for i, v in enumerate(algebra.vectors) if blade >> i & 1]

@@ -30,9 +30,9 @@ from .functions import exponentials, inverses, norms, powers
 from .operators import Number, Operators
 
 if TYPE_CHECKING:
-    from ..codegen.algebra.multivector import Multivector as SymbolicMultivector
     from .geometry.parameters import Parameters
     from .outermorphisms import Outermorphism
+    from .symbolic.multivector import SymbolicMultivector
 
 
 #: `dir` of an algebra lists its blades in at most so many dimensions.
@@ -265,7 +265,8 @@ class Algebra(Constructors[Multivector]):
             A dictionary gives arrays by blade: a name in any order of vectors (``"e21"`` is ``-e12``), a tuple
             (``(1, 12)``) or a `Blade`; the arrays broadcast. An array holds k coefficients per item: of the blades
             of ``grades``, of ``blades``, of ``kind``, or of all blades of the algebra, in storage order. A
-            multivector of an algebra of the same signature is converted.
+            multivector of an algebra of the same signature is converted. With SymPy expressions among the values the
+            result is a `SymbolicMultivector`.
         grades : iterable of int, optional
         blades : iterable of str, tuple or Blade, optional
         kind : str or Kind, optional
@@ -282,6 +283,8 @@ class Algebra(Constructors[Multivector]):
         from .conversion import basis_change
 
         precision = as_precision(dtype)
+        if construction.has_expressions(values):
+            return construction.symbolic(self, values, grades, blades, kind, basis, dtype)  # type: ignore[no-any-return]
         if isinstance(values, Multivector):
             x = values if values.algebra is self else basis_change.from_algebra(self, values)
         elif basis is not None:
@@ -326,15 +329,14 @@ class Algebra(Constructors[Multivector]):
         """A symbolic multivector whose coefficients are SymPy symbols ``x_e12``, for formulas in GA notation."""
         import sympy
 
-        from ..codegen.algebra.multivector import from_values
-        from ..codegen.rings.sympy_ring import SymbolicRing
+        from .symbolic.multivector import from_expressions
 
         name = validated_identifier(name, "a symbol's name")
         graded = kind is None
         layout = construction.layout_for(self, grades, None, None)[0] if graded else construction.as_kind(self, kind)
         blades = layout.blades
         symbols = [sympy.Symbol(f"{name}_{self.blade_name(b)}" if b else name, real=True) for b in blades]
-        return from_values(self, SymbolicRing(), blades, symbols)
+        return from_expressions(self, dict(zip(blades, symbols, strict=True)))
 
     def from_matrix(self, matrix: Any, representation: str = HOMOGENEOUS) -> Multivector:
         """Multivectors from matrices (..., d, d) of `Multivector.to_matrix`, of the same ``representation``.

@@ -168,6 +168,8 @@ class Operators(MultivectorData):
 
 def _product(operation: str, a: P, b: Any) -> P:
     """Any product; numbers are scalars of the multivector's algebra."""
+    if is_expression(b):
+        return getattr(_as_symbolic(a), SYMBOLIC.get(operation, operation))(b)  # type: ignore[no-any-return]
     right: Any = b if isinstance(b, Operators) else _as_scalar(a, b)
     if right is NotImplemented:
         return NotImplemented  # type: ignore[no-any-return]
@@ -184,6 +186,8 @@ def _reflected_product(operation: str, a: Any, b: P) -> P:
 
 def _sum(a: P, b: Any, sign: int) -> P:
     """a + sign b."""
+    if is_expression(b):
+        return _as_symbolic(a) + sign * b  # type: ignore[no-any-return]
     right: Any = b if isinstance(b, Operators) else _as_scalar(a, b)
     if right is NotImplemented:
         return NotImplemented  # type: ignore[no-any-return]
@@ -192,6 +196,8 @@ def _sum(a: P, b: Any, sign: int) -> P:
 
 def _difference_from(a: Any, b: P) -> P:
     """Numbers minus a multivector."""
+    if is_expression(a):
+        return a - _as_symbolic(b)  # type: ignore[no-any-return]
     left = _as_scalar(b, a)
     if left is NotImplemented:
         return NotImplemented  # type: ignore[no-any-return]
@@ -199,15 +205,35 @@ def _difference_from(a: Any, b: P) -> P:
 
 
 def _multiply(x: P, factor: Any, divide: bool = False) -> P:
+    if is_expression(factor):
+        return _as_symbolic(x) / factor if divide else _as_symbolic(x) * factor  # type: ignore[no-any-return]
     if not _may_be_numbers(factor):
         return NotImplemented  # type: ignore[no-any-return]
     return linear_maps.scale(x, factor, divide)
+
+
+#: Methods of symbolic multivectors whose names are not those of the products.
+SYMBOLIC = {"geometric": "__mul__", "regressive": "__and__"}
+
+
+def is_expression(value: Any) -> bool:
+    """Test whether a value is made of SymPy's symbols; SymPy is not imported for it."""
+    return not isinstance(value, int | float | np.ndarray) and hasattr(value, "free_symbols")
+
+
+def _as_symbolic(x: Any) -> Any:
+    """A numeric multivector as a symbolic one."""
+    from .symbolic.multivector import from_expressions
+
+    return from_expressions(x.algebra, {0: 0})._lift(x)
 
 
 def _as_scalar(like: Any, value: Any) -> Any:
     """Numbers as scalars; single numbers take the multivector's precision."""
     if not _may_be_numbers(value):
         return NotImplemented
+    if is_expression(value):
+        return _as_symbolic(like).constant(value)
     several = isinstance(value, list | tuple) or np.ndim(value) > 0  # of ragged lists NumPy cannot say it
     return like.algebra.scalar(value, dtype=None if several else like.dtype)
 
