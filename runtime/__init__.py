@@ -16,7 +16,7 @@ from typing import Any
 from .codegen.lazy_names import lazy_names
 from .codegen.version import __version__ as __version__
 
-_ALGEBRAS = ("cga3d", "pga3d", "cga2d")
+_ALGEBRAS = ("cga3d", "pga3d", "cga2d", "vga2d", "vga3d", "pga2d", "sta", "qcga", "dcga")
 #: Modules that examples of the docs imported, by their old names.
 _OLD_MODULES = {
     f"{__name__}.{old}": f"{__name__}.{new}"

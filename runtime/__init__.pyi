@@ -18,7 +18,13 @@ from .core.formatting import print_options as print_options
 from .core.formatting import set_print_options as set_print_options
 from .core.geometry.conformal import ConformalAlgebra as ConformalAlgebra
 from .core.geometry.conformal import ConformalPlane as ConformalPlane
+from .core.geometry.presets import DoubleConformalAlgebra as DoubleConformalAlgebra
+from .core.geometry.presets import PlaneVectors as PlaneVectors
+from .core.geometry.presets import QuadricAlgebra as QuadricAlgebra
+from .core.geometry.presets import Spacetime as Spacetime
+from .core.geometry.presets import SpaceVectors as SpaceVectors
 from .core.geometry.projective import ProjectiveAlgebra as ProjectiveAlgebra
+from .core.geometry.projective import ProjectivePlane as ProjectivePlane
 from .core.multivector import Algebra as Algebra
 from .core.multivector import Multivector as Multivector
 from .core.registry import algebra as algebra
@@ -31,3 +37,9 @@ from .status import Status as Status
 cga3d: ConformalAlgebra
 cga2d: ConformalPlane
 pga3d: ProjectiveAlgebra
+pga2d: ProjectivePlane
+vga2d: PlaneVectors
+vga3d: SpaceVectors
+sta: Spacetime
+qcga: QuadricAlgebra
+dcga: DoubleConformalAlgebra

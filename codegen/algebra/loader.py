@@ -12,6 +12,8 @@ from .blades import metric_entry, validated_identifier
 
 #: The path of the bundled specs inside the package, by algebra.
 STOCK = ("cga3d", "pga3d", "cga2d")
+#: Algebras with a spec and no generated kernels: products run by the table, formulas are compiled at first use.
+PRESETS = ("vga2d", "vga3d", "pga2d", "sta", "qcga", "dcga")
 
 
 def algebra_from_data(data: Mapping[str, Any]) -> Algebra:

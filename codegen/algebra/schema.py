@@ -27,7 +27,7 @@ from pydantic import Field
 
 from ..documents.document import Table, read_document
 from ..errors import SpecError
-from .loader import STOCK
+from .loader import PRESETS, STOCK
 
 
 class KindTable(Table):
@@ -78,6 +78,6 @@ def stock_spec_path(name: str) -> Path:
     SpecError
         If there is no stock algebra of this name.
     """
-    if name not in STOCK:
-        raise SpecError(f"there is no stock algebra {name!r}; there are: {', '.join(STOCK)}.")
+    if name not in (*STOCK, *PRESETS):
+        raise SpecError(f"there is no stock algebra {name!r}; there are: {', '.join((*STOCK, *PRESETS))}.")
     return Path(str(resources.files(__package__.rpartition(".")[0]).joinpath("specs", f"{name}.toml")))

@@ -18,7 +18,7 @@ from ..codegen.algebra import algebra as mathematics
 from ..codegen.algebra import metrics
 from ..codegen.algebra.algebra import add_plain_kinds
 from ..codegen.algebra.blades import DIGITS, validated_identifier
-from ..codegen.algebra.loader import STOCK, data_from_algebra
+from ..codegen.algebra.loader import PRESETS, STOCK, data_from_algebra
 from ..codegen.errors import BladesmithError, SignatureError, SpecError, one_line
 from ..common.files import as_path
 from ..dispatch import stock_kernels
@@ -143,7 +143,7 @@ def stock_algebra(name: str) -> Algebra:
     validated_identifier(name, "the algebra's name")
     if is_generated(name):
         return _load_generated(stock_kernels.bundled_folder(name), stock_algebra, name)
-    if name in STOCK:  # its sources are not generated yet: everything works, by the general product
+    if name in (*STOCK, *PRESETS):  # its sources are not generated: everything works, by the general product
         text = (
             resources.files(f"{__package__.partition('.')[0]}.codegen")
             .joinpath("specs", f"{name}.toml")
@@ -189,10 +189,14 @@ def _class_of(name: str) -> type[Algebra]:
         from .geometry.conformal import ConformalAlgebra, ConformalPlane
 
         return ConformalAlgebra if name == "cga3d" else ConformalPlane
-    if name == "pga3d":
-        from .geometry.projective import ProjectiveAlgebra
+    if name in ("pga3d", "pga2d"):
+        from .geometry.projective import ProjectiveAlgebra, ProjectivePlane
 
-        return ProjectiveAlgebra
+        return ProjectiveAlgebra if name == "pga3d" else ProjectivePlane
+    if name in PRESETS:
+        from .geometry.presets import CLASSES
+
+        return CLASSES[name]
     return Algebra
 
 

@@ -49,7 +49,12 @@ def rotor_about(axis: Multivector, angle: Multivector, point: Multivector) -> tu
 
 def planar_rotor(angle: Multivector, point: Multivector) -> Multivector:
     """Rotation of the plane about a point, counter-clockwise from e1 to e2."""
-    return translator(point) >> (cos(angle / 2) - sin(angle / 2) * space(point))
+    return translator(point) >> turn(angle)
+
+
+def turn(angle: Multivector) -> Multivector:
+    """Rotation of the plane about the origin: cos(angle/2) - sin(angle/2) e12."""
+    return cos(angle / 2) - sin(angle / 2) * space(angle)
 
 
 def motor_parts(r: Multivector) -> tuple[Result, Result]:

@@ -49,6 +49,13 @@ def line_through(a: Multivector, b: Multivector) -> Checked:
     return line_of(m, a), outcome(a, (~(scale > 0), Status.SINGULAR))
 
 
+def line_in_plane(a: Multivector, b: Multivector) -> Checked:
+    """Line of the plane from a to b: the join of the points, normalized. SINGULAR: a = b."""
+    m, scale = direction_of(b - a)
+    normal = -(m * space(m))
+    return normal + (normal | a) * null_vector(a), outcome(a, (~(scale > 0), Status.SINGULAR))
+
+
 def plane_through(a: Multivector, b: Multivector, c: Multivector) -> Checked:
     """Join of three points, normalized. SINGULAR: they are on a line."""
     u, v = b - a, c - a

@@ -47,7 +47,7 @@ class EuclideanAlgebra(Algebra):
     @property
     def space(self) -> int:
         """Dimension of the space: 3, or 2 in the plane."""
-        return self.kind("euclidean").size
+        return self._euclidean.size
 
     # -- calls ---------------------------------------------------------------------------------------------
 
@@ -57,7 +57,7 @@ class EuclideanAlgebra(Algebra):
 
     @cached_property
     def _euclidean(self) -> Kind:
-        return self.kind("euclidean")
+        return self.kind("euclidean" if "euclidean" in self.kinds else "vector")
 
     def construct(self, formula: str, *operands: Multivector | ArrayOperand, strict: bool = False) -> Multivector:
         """The object that a formula makes; items that are not finite are INVALID and NaN all over.
@@ -164,7 +164,7 @@ class EuclideanAlgebra(Algebra):
         logarithm = motor.log()
         matrix = self.matrix(motor)
         status = logarithm._status
-        plane = _plane_vector(logarithm, self.space)
+        plane = plane_vector(logarithm, self.space)
         half = np.linalg.norm(plane, axis=-1)
         t = matrix[..., : self.space, self.space]
         shift = np.linalg.norm(t, axis=-1)
@@ -273,11 +273,11 @@ def plain(value: Any) -> NDArray[Any]:
     return value._data if isinstance(value, Multivector) else value
 
 
-def _plane_vector(logarithm: Multivector, dimension: int) -> NDArray[Any]:
+def plane_vector(logarithm: Multivector, dimension: int) -> NDArray[Any]:
     """Axis times half the angle, from b = -angle/2 (a I3) + ...: in space e23, -e13, e12 of a I3."""
     if dimension != 3:
         raise GradeError("axes of rotation are those of space; in the plane there is a point.")
     return np.stack([-logarithm["e23"], logarithm["e13"], -logarithm["e12"]], -1)
 
 
-__all__ = ["EuclideanAlgebra", "Motor", "Rotor", "Translator", "is_origin", "perpendicular", "plain"]
+__all__ = ["EuclideanAlgebra", "Motor", "Rotor", "Translator", "is_origin", "perpendicular", "plain", "plane_vector"]
