@@ -21,6 +21,7 @@ from .algorithm_api import algorithm as algorithm
 from .api import KernelFunction as KernelFunction
 from .api import kernel as kernel
 from .errors import TraceError as TraceError
+from .formulas import ga as ga
 from .generator import generate as generate
 from .trace.declared_formula import numbers as numbers
 from .trace.declared_formula import scalar as scalar

@@ -38,9 +38,11 @@ def lazy_names(package: str, file: str, more: tuple[str, ...] = ()) -> tuple[Cal
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         else:
             module, original = homes[name]
-            is_module = not module.strip(".")
-            value = import_module(module + original if is_module else module, package)
-            value = value if is_module else getattr(value, original)
+            home = import_module(module, package) if module.strip(".") else None
+            if home is not None and hasattr(home, original):
+                value = getattr(home, original)
+            else:  # a module of the package, or of one below it
+                value = import_module(f"{module}{original}" if home is None else f"{module}.{original}", package)
         setattr(sys.modules[package], name, value)
         return value
 

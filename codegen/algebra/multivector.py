@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import Any
 
-from ..errors import BladeError, TraceError
+from ..errors import BladeError, GradeError, TraceError
 from ..rings.protocol import Ring
 from .algebra import Algebra
 from .blade_sum import BladeSum, Number
@@ -201,7 +201,11 @@ class Multivector(BladeSum):
 
 def _function(name: str) -> Callable[..., Multivector]:
     def apply(first: Multivector, *others: Multivector) -> Multivector:
-        values = [first.scalar(), *(first._lift(x).scalar() for x in others)]
+        try:
+            values = [first.scalar(), *(first._lift(x).scalar() for x in others)]
+        except GradeError as error:
+            better = f"Of multivectors it is codegen.ga.{name}" if name in ("exp", "log", "sqrt") else None
+            raise GradeError(f"{name} is that of scalars: {error.what}", remedy=better) from None
         return first.new({0: first.ring.apply(name, *values)})
 
     apply.__name__ = name
