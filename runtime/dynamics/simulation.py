@@ -18,8 +18,8 @@ from ..common.progress import ProgressOption, open_progress
 from ..common.validation import as_bool, as_choice, as_int, as_tuple, invalid, positive_float, short_repr
 from ..mechanics.rigid_body import RigidBody
 from ..mechanics.system import System
-from .integration import driver as engine
-from .integration import integrators
+from .integration import integrators, runs
+from .integration.driver import Driver
 from .integration.events import Event, as_events, check_single, stop_at_first_event
 from .integration.executor import SimulationTask, run_on_executor
 from .integration.initial_conditions import check_start
@@ -42,7 +42,7 @@ Array = NDArray[Any]
 #: An event, or its function alone.
 EventLike = Event | Callable[..., Any]
 #: Input of a run: slices of its sensitivities by name, the driver, motors and twists.
-Prepared = tuple[dict[str, slice], engine.Driver, Array, Array]
+Prepared = tuple[dict[str, slice], Driver, Array, Array]
 #: Message of a trajectory until an interrupt.
 INTERRUPTED = "interrupted"
 #: Inputs of the latest runs that a simulation caches.
@@ -229,7 +229,7 @@ class Simulation:
             return found
         task = SimulationTask(self._problem, stores, settings, project, names)
         run, slices, message = self._run_poses(task, threads, progress, executor, bool(watched))
-        if self._problem.integrator == "auto" and (run.status == engine.MEETING).any():  # no series: from the begin
+        if self._problem.integrator == "auto" and (run.status == runs.MEETING).any():  # no series: from the begin
             task = replace(task, problem=replace(self._problem, integrator="adaptive"))
             run, slices, message = self._run_poses(task, threads, progress, executor, bool(watched))
         trajectory = Trajectory(run, self.loads, message, slices, self.system)
@@ -281,7 +281,7 @@ class Simulation:
     def _run_poses(
         self, task: SimulationTask, threads: int | None, progress: ProgressOption, executor: Executor | None,
         single: bool,
-    ) -> tuple[engine.Run, dict[str, slice], str]:  # fmt: skip
+    ) -> tuple[runs.Run, dict[str, slice], str]:  # fmt: skip
         """A run of poses to its end; places of sensitivities, and the reason of an early ending."""
         slices, driver, motors, twists = self._prepare(task)
         if single:
@@ -289,9 +289,9 @@ class Simulation:
         check_room(driver, len(task.times), threads)
         driver.assembly.callbacks.error = None  # of a run before, that nobody asked about
         if executor is not None:
-            run = engine.Run.blank(driver, task.times)
+            run = runs.Run.blank(driver, task.times)
         else:
-            run = engine.Run(driver, task.times, motors, twists, threads, task.project)
+            run = runs.Run(driver, task.times, motors, twists, threads, task.project)
             check_start(run, task.project)
         with (
             open_progress(progress, "simulate", "s", task.settings[0]) as report,
@@ -327,7 +327,7 @@ class Simulation:
         return f"<Simulation of {', '.join(self.names)}; {loads} loads, {constraints} constraints>"
 
 
-def _tell_ending(run: engine.Run, trajectory: Trajectory, strict: bool) -> None:
+def _tell_ending(run: runs.Run, trajectory: Trajectory, strict: bool) -> None:
     """Raise, or warn, if a run ended early."""
     if strict:
         raise_ending(run, trajectory)

@@ -16,7 +16,7 @@ from . import integrators
 
 if TYPE_CHECKING:
     from ..trees.driver import TreeDriver
-    from . import driver as engine
+    from .driver import Driver
 
 Array = NDArray[Any]
 #: Largest relative error that can be asked for: error estimates are of leading order.
@@ -89,7 +89,7 @@ def stored_times(settings: Settings, times: Any, bodies: int) -> Array:
     return times if times[0] == 0 else np.concatenate([[0.0], times])
 
 
-def check_room(driver: engine.Driver | TreeDriver, stores: int, threads: int | None) -> None:
+def check_room(driver: Driver | TreeDriver, stores: int, threads: int | None) -> None:
     """Raise `InputError` if the states of a batch, or what computing them takes, do not fit into memory."""
     numbers = STATE + TANGENT * driver.tangents
     _check_room(
