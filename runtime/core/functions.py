@@ -17,15 +17,8 @@ from ..codegen.errors import AlgebraMismatchError, GradeError, KindError
 from ..common.dtypes import F64
 from ..common.validation import as_bool, as_float
 from ..dispatch.coefficients import embed, normalize_exponents
-from ..dispatch.formulas import (
-    evaluate,
-    invalidate_nonfinite,
-    item_value,
-    merge_statuses,
-    propagate_invalid,
-    raise_first,
-    resolve_kernel,
-)
+from ..dispatch.formulas import evaluate, item_value, resolve_kernel
+from ..dispatch.item_statuses import invalidate_nonfinite, merge_statuses, propagate_invalid, raise_first
 from ..dispatch.multivector_data import check_multivector
 from ..dispatch.types import Type
 from ..status import Status

@@ -15,7 +15,8 @@ from ..core.geometry.euclidean import is_origin
 from ..core.geometry.projective import ProjectiveAlgebra
 from ..core.multivector import Multivector
 from ..core.registry import stock_algebra
-from ..dispatch.formulas import ArrayOperand, FormulaResult, evaluate, merge_statuses, raise_first
+from ..dispatch.formulas import ArrayOperand, FormulaResult, evaluate
+from ..dispatch.item_statuses import merge_statuses, raise_first
 from ..status import Status
 
 Array = NDArray[Any]

@@ -16,16 +16,8 @@ from numpy.typing import NDArray
 from ...codegen.algebra.algebra import Kind
 from ...codegen.errors import GradeError, InputError, KindError, ShapeError
 from ...common.validation import as_bool, real_array
-from ...dispatch.formulas import (
-    ArrayOperand,
-    evaluate,
-    evaluate_item,
-    invalidate,
-    invalidate_nonfinite,
-    item_value,
-    merge_statuses,
-    raise_first,
-)
+from ...dispatch.formulas import ArrayOperand, evaluate, evaluate_item, item_value
+from ...dispatch.item_statuses import invalidate, invalidate_nonfinite, merge_statuses, raise_first
 from ...dispatch.multivector_data import check_multivector, statuses
 from ...status import Status
 from ..multivector import Algebra, Multivector

@@ -16,7 +16,8 @@ from ...common.deprecation import renamed_keywords
 from ...common.validation import as_bool
 from ...core.multivector import Multivector
 from ...dispatch.coefficients import embed
-from ...dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, merge_statuses, raise_first
+from ...dispatch.formulas import ArrayOperand, evaluate
+from ...dispatch.item_statuses import invalidate_nonfinite, merge_statuses, raise_first
 from ...status import Status
 from ..arguments import OBJECTS, pair
 from ..masked_items import at, codes, masked_indices, merge_items, select
