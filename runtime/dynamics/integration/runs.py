@@ -25,6 +25,8 @@ OK, NOT_FINITE, UNDERFLOW, RANK_CHANGED, USER_FAILED, STOPPED, EVENT, NOT_SOLVED
 _STOP, _LAST, _BUDGET, _PROJECTS = (Control.offsets[name] for name in ("stop", "last", "budget", "projects"))
 #: Fields of states that bodies have, and their numbers of each.
 _OF_BODIES = {"motors": 8, "twists": 6, "reactions": 6}
+#: Tangents in no direction.
+_NONE = np.zeros(0)
 
 
 @cache
@@ -97,7 +99,8 @@ class Run:
         if driver.directions is not None:
             self._each["tangents"] = self.tangents
         self._bounds: dict[Workspace, Bound] = {}
-        self._run_parts()
+        if project or driver.assembly.driver_constraints:  # nothing else is asked about the start
+            self._run_parts()
 
     @classmethod
     def blank(cls, driver: Driver, times: Array) -> Run:
@@ -115,8 +118,11 @@ class Run:
         if n > 1:
             self.number[:] = np.arange(n)
         self.reached[:] = self.times[0]
-        self.tangents = filled((n, stores, driver.tangents, 2, bodies, 6), np.nan)
-        self.event_tangents = np.zeros(driver.tangents)
+        if driver.directions is None:
+            self.tangents, self.event_tangents = np.zeros((n, stores, 0, 2, bodies, 6)), _NONE
+        else:
+            self.tangents = filled((n, stores, driver.tangents, 2, bodies, 6), np.nan)
+            self.event_tangents = np.zeros(driver.tangents)
 
     def __getattr__(self, name: str) -> Array:
         """A field of rows, which becomes an attribute when it is first looked at: of a short run few are."""
@@ -190,7 +196,8 @@ class Run:
         size, threads = self.driver.size, 1 if is_serial else self._threads
         try:
             if is_whole or (size == 1 and not is_long):  # a pool would cost more than a short run
-                parallel.thread_count(threads)
+                if threads is not None:
+                    parallel.thread_count(threads)
                 part(0, size)
             else:
                 waits = not is_serial and (is_long or parallel.thread_count(threads) > 1)

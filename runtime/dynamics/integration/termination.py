@@ -51,7 +51,7 @@ _REASONS = {
 
 def message_of(run: runs.Run) -> str:
     """Reason and time of early termination; of several simulations, those of the first one."""
-    if not run.status.any():
+    if run.driver.size == 1 and run.status.item(0) == runs.OK or not run.status.any():
         return ""
     failed = np.flatnonzero(np.isin(run.status, list(_REASONS)))
     if not len(failed):

@@ -32,8 +32,8 @@ class TrajectoryStates:
     def __init__(self, run: runs.Run, body: int = 0) -> None:
         self._run, self._assembly = run, run.driver.assembly
         self._body = body
-        least = int(run.stored.min())
-        self._stored = slice(0, least) if self._single else slice(0, int(run.stored.max()))
+        stored = run.stored
+        self._stored = slice(0, stored.item(0) if self._single else int(stored.max()))
         self.time: Array = run.times[self._stored].copy()
 
     @property
