@@ -18,6 +18,7 @@ from ..common.progress import ProgressOption, open_progress
 from ..common.validation import as_bool, as_choice, as_int, as_tuple, invalid, positive_float, short_repr
 from ..mechanics.rigid_body import RigidBody
 from ..mechanics.system import System
+from .bound_run import BoundRun
 from .integration import integrators, runs
 from .integration.driver import Driver
 from .integration.events import Event, as_events, check_single, stop_at_first_event
@@ -242,6 +243,42 @@ class Simulation:
         if event is None or strict:
             _tell_ending(run, trajectory, strict)
         return trajectory
+
+    def bound(
+        self,
+        duration: float,
+        step: float | None = None,
+        times: Any = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+    ) -> BoundRun:
+        """A run over some time that is prepared once, for control loops: a call goes on where the last one ended.
+
+        Parameters
+        ----------
+        duration, step, times, rtol, atol
+            As of `run`; times count from the beginning of a call.
+
+        Returns
+        -------
+        BoundRun
+            A function without arguments, with ``time``, ``trajectory`` (the states of the last call) and ``restart()``.
+
+        Raises
+        ------
+        InputError, ShapeError, ConstraintError
+            As `run`; or if this is a batch, a motion in coordinates of joints, or runs on a GPU.
+        """
+        settings = settings_of(duration, step, rtol, atol, times is None)
+        stores = stored_times(settings, times, len(self.bodies))
+        if self._choice.problem_of(()) is not None:
+            remedy = "Take stepper(dt), or coordinates='maximal'"
+            raise InputError("a bound run is of poses, and this motion of coordinates of joints.", remedy=remedy)
+        _, driver, motors, twists = self._prepare(SimulationTask(self._problem, stores, settings, False, ()))
+        if driver.assembly.batched or driver.program.is_on_gpu:
+            raise InputError("a bound run is of one simulation, in this process.", remedy="Take run()")
+        check_room(driver, len(stores), None)
+        return BoundRun(driver, stores, motors, twists, self.loads, self.system)
 
     def stepper(self, dt: float, substeps: int = 1) -> Stepper:
         """Steps of a control loop, in the coordinates of the joints: a state and torques in, the next state out.

@@ -161,6 +161,28 @@ class Run:
     def _request_stop(self) -> None:
         self._control[_STOP] = 1
 
+    def _bind(self, workspace: Workspace) -> Bound:
+        shared = {"control": self._control, "times": self.times}
+        run = self.driver.run_for(self._states[0].size)
+        return workspace.holding(run).over(self.driver.size, self._each, shared)
+
+    def hold(self) -> Callable[[int, int], None]:
+        """The compiled loop towards all states, with a workspace that nobody else has from now on."""
+        self._control[_LAST] = len(self.times)
+        return self._bind(self.driver.workspace()).run
+
+    def rows(self, name: str) -> Array:
+        """What the compiled loop works on: "kept", "progress", "reached" or "states", a row for each simulation."""
+        found: Array = self._each[name]
+        return found
+
+    def copied(self) -> Run:
+        """The states as they are now."""
+        other = type(self).blank(self.driver, self.times.copy())
+        for (_, own), (_, rows) in zip(other._layouts, self._layouts, strict=True):
+            own[...] = rows
+        return other
+
     def _run_parts(self) -> None:
         """Run parts of the simulations on threads, each with a workspace."""
         driver = self.driver
@@ -169,9 +191,7 @@ class Run:
             workspace = driver.workspace()
             bound = self._bounds.get(workspace)
             if bound is None:
-                shared = {"control": self._control, "times": self.times}
-                run = driver.run_for(self._states[0].size)
-                bound = workspace.holding(run).over(driver.size, self._each, shared)
+                bound = self._bind(workspace)
                 if driver.reuses_workspaces:
                     self._bounds[workspace] = bound
             bound.run(begin, end)
