@@ -11,9 +11,9 @@ static const struct { const char *name; int bits, level; } bs_instances[] = {
   {"f32_v3", 32, 3},
   {"f64_v4", 64, 4},
   {"f32_v4", 32, 4},
+  {NULL, 0, 0},
 };
 
-#define BS_COUNT(array) (int)(sizeof(array) / sizeof *(array))
 #define BS_MOST 65536
 static bs_batch bs_tables[2][BS_MOST];
 static int bs_added;
@@ -25,7 +25,7 @@ int bs_has(int kernel, int single) { return bs_tables[single][kernel] != NULL; }
 int bs_add_kernel(const void *added)
 {
   const bs_unit *const unit = (const bs_unit *)added;
-  for (int i = 0; unit && i < BS_COUNT(bs_instances); i++) {
+  for (int i = 0; unit && bs_instances[i].name; i++) {
     if (strcmp(bs_instances[i].name, unit->instance) || !bs_cpu_runs(bs_instances[i].level)) continue;
     if (bs_added == BS_MOST) return -2;
     bs_tables[bs_instances[i].bits == 32][bs_added] = unit->loops[0];
