@@ -17,7 +17,7 @@ from ..codegen.trace import result_kinds
 from ..common.dtypes import F32, F64
 from ..common.validation import as_bool
 from ..dispatch.coefficients import embed
-from ..dispatch.formulas import evaluate, item_value
+from ..dispatch.formulas import evaluate_batch, item_value
 from ..dispatch.item_statuses import invalidate, invalidate_nonfinite, raise_first
 from .operators import Operators, P
 
@@ -47,7 +47,7 @@ def exp(x: P, strict: bool = False) -> P:
     if usual is not None and strict is False:
         made: P = _as_versor(usual)
         return made
-    value = _as_versor(evaluate(x.algebra, formula, x).value) if formula else _exp_series(x)
+    value = _as_versor(evaluate_batch(x.algebra, formula, x).value) if formula else _exp_series(x)
     result: P = invalidate_nonfinite(value)
     if as_bool(strict, "strict"):
         raise_first(result._status, "exp")
@@ -153,7 +153,7 @@ def _rotor_function(x: P, name: str, strict: bool) -> P:
     formula = x._type.memoize(name, lambda: _rotor_formula(x, name))
     try:
         usual = item_value(x.algebra, formula, (x,))
-        result: P = evaluate(x.algebra, formula, x).value if usual is None else usual
+        result: P = evaluate_batch(x.algebra, formula, x).value if usual is None else usual
     except GradeError as error:
         raise NotARotorError(str(error)) from None
     if not x.kind.constraints and not x._largest_coefficient() < MAX_SCALE[x.dtype]:

@@ -85,9 +85,11 @@ def evaluate(algebra: TypedAlgebra, formula: str, *operands: MultivectorData | A
     GradeError
         If the formula means nothing for operands on these blades.
     """
-    usual = evaluate_item(algebra, formula, operands)
-    if usual is not None:
-        return usual
+    return evaluate_item(algebra, formula, operands) or evaluate_batch(algebra, formula, *operands)
+
+
+def evaluate_batch(algebra: TypedAlgebra, formula: str, *operands: MultivectorData | ArrayOperand) -> FormulaResult:
+    """`evaluate` for what `evaluate_item` and `item_value` leave: batches, and single items that are not as usual."""
     for x in operands:
         if not isinstance(x, ArrayOperand) and x.algebra is not algebra:
             raise AlgebraMismatchError(f"{x.algebra.name} is not {algebra.name}; convert the operand first.")
@@ -283,6 +285,7 @@ __all__ = [
     "ArrayOperand",
     "FormulaResult",
     "evaluate",
+    "evaluate_batch",
     "evaluate_item",
     "item_value",
     "resolve_kernel",

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...codegen.algebra.algebra import Kind
 from ...codegen.errors import GradeError, InputError, KindError, ShapeError
 from ...common.validation import as_bool, real_array
-from ...dispatch.formulas import ArrayOperand, evaluate, item_plan, item_value
+from ...dispatch.formulas import ArrayOperand, evaluate, evaluate_batch, item_plan, item_value
 from ...dispatch.item_statuses import invalidate, invalidate_nonfinite, merge_statuses, raise_first
 from ...dispatch.multivector_data import check_multivector, statuses
 from ...status import Status
@@ -61,7 +61,7 @@ class EuclideanAlgebra(Algebra):
         """
         x: Multivector | None = item_value(self, formula, operands)
         if x is None:
-            x = invalidate_nonfinite(evaluate(self, formula, *operands).value)
+            x = invalidate_nonfinite(evaluate_batch(self, formula, *operands).value)
         if strict is not False and as_bool(strict, "strict"):
             raise_first(x._status, formula.rpartition(".")[2])
         return x
@@ -75,7 +75,7 @@ class EuclideanAlgebra(Algebra):
             result.orientation = own  # type: ignore[assignment]
             result.status = Status.OK
             return result
-        outcome = evaluate(self, formula, x)
+        outcome = evaluate_batch(self, formula, x)
         fields = [v[..., 0] if v.shape[-1:] == (1,) else v for v in map(plain, outcome.values)]
         if orientation is not None:
             orientation = fields.pop(orientation)
