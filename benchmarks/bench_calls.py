@@ -9,6 +9,7 @@ import argparse
 import json
 import subprocess
 import sys
+import time
 import timeit
 from collections.abc import Callable
 from pathlib import Path
@@ -25,9 +26,9 @@ IMPORT_BAR = 0.030
 
 
 def best(run: Callable[[], Any], calls: int = CALLS) -> float:
-    """Nanoseconds per call of the fastest series."""
+    """Nanoseconds of processor time per call of the fastest series."""
     run()
-    return min(timeit.repeat(run, number=calls, repeat=REPEATS)) / calls * 1e9
+    return min(timeit.repeat(run, number=calls, repeat=REPEATS, timer=time.process_time)) / calls * 1e9
 
 
 def ours() -> dict[str, float]:
@@ -61,6 +62,44 @@ def ours() -> dict[str, float]:
         "R.log()": best(motor.log, 5000),
         "(3 x).normalized()": best((3 * x).normalized, 1000),
     }
+
+
+def objects_table() -> dict[str, tuple[float, float]]:
+    """Nanoseconds of constructors and of readers of all kinds of objects: of one item, and of ten at once."""
+    found: dict[str, list[float]] = {}
+    for count in (1, 10):
+        random = np.random.default_rng(0)
+        lead = () if count == 1 else (count,)
+        a, b, c, d = random.normal(size=(4, *lead, 3))
+        number = np.abs(random.normal(size=lead)) + 0.5
+        r: Any = number if lead else float(number)
+        arguments = {
+            "point": (a,), "direction": (a,), "line": (a, b), "line_through": (a, b), "plane": (a, r),
+            "plane_through": (a, b, c), "translator": (a,), "rotor": (b, r), "rotor about": (b, r, a),
+            "flat_point": (a,), "point_pair": (a, b), "circle": (a, b, r), "sphere": (a, r),
+            "circle_through": (a, b, c), "sphere_through": (a, b, c, d), "dilator": (r,),
+            "dilator about": (r, a), "transversor": (a,),
+        }  # fmt: skip
+        for algebra in (bs.cga3d, bs.pga3d):
+            for name, given in arguments.items():
+                make = getattr(algebra, name.partition(" ")[0], None)
+                if make is None:
+                    continue
+                made, label = make(*given), f"{algebra.name}.{name}"
+                found.setdefault(label, []).append(best(lambda make=make, given=given: make(*given), 1000))
+                if "_through" not in name:
+                    found.setdefault(f"{label}, parameters", []).append(best(made.parameters, 200))
+                if name in ("point", "line", "plane", "circle", "sphere", "point_pair"):
+                    found.setdefault(f"{label}, normalized", []).append(best((3 * made).normalized, 200))
+            motor = algebra.translator(a) * algebra.rotor(b, r)
+            matrix, twist = motor.to_matrix(), motor.log()
+            for name, run in {
+                "motor_from_matrix": lambda m=matrix, g=algebra: g.motor_from_matrix(m), "R.to_matrix": motor.to_matrix,
+                "R.parameters": motor.parameters, "R.log": motor.log, "B.exp": twist.exp, "R.sqrt": motor.sqrt,
+                "R.inverse": motor.inverse,
+            }.items():  # fmt: skip
+                found.setdefault(f"{algebra.name} {name}", []).append(best(run, 200))
+    return {name: (one, ten) for name, (one, ten) in found.items()}
 
 
 def peers() -> dict[str, float]:
@@ -101,10 +140,14 @@ def main() -> int:
     for name, value in found.items():
         bar = f"   bar {BARS[name]:.0f}" if name in BARS else ""
         print(f"{name:28s}{value:10.0f} ns{bar}")
+    table = objects_table()
+    print(f"\n{'objects':34s}{'one item':>12s}{'ten':>12s}   ns")
+    for name, (one, ten) in table.items():
+        print(f"{name:34s}{one:12.0f}{ten:12.0f}")
     seconds = import_seconds()
     print(f"{'import after numpy':28s}{seconds * 1e3:10.1f} ms   bar {IMPORT_BAR * 1e3:.0f}")
     if options.json:
-        options.json.write_text(json.dumps({**found, "import seconds": seconds}, indent=1) + "\n")
+        options.json.write_text(json.dumps({**found, "objects": table, "import seconds": seconds}, indent=1) + "\n")
     missed = [name for name, bar in BARS.items() if found[name] > bar] + ["import"] * (seconds > IMPORT_BAR)
     if missed:
         print(f"missed: {', '.join(missed)}")

@@ -15,7 +15,7 @@ import numpy as np
 from .algebra.algebra import Algebra, Kind
 from .algebra.blades import shortened_identifier
 from .algebra.multivector import Multivector
-from .compiler import as_written, bind_kernel, optimise_kernel, print_source
+from .compiler import as_written, bind_kernel, optimise_quickly, print_source
 from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
 from .execute.arrays import BoundKernel, native_array
 from .ir.graph import Graph
@@ -109,7 +109,7 @@ class KernelFunction(DeclaredFormula):
             with self._lock:
                 if self._variant is None:
                     kernel = self.traced
-                    self._variant = optimise_kernel(kernel, quick=True) if self.search else as_written(kernel)
+                    self._variant = optimise_quickly(kernel) if self.search else as_written(kernel)
         return self._variant
 
     @property

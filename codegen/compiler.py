@@ -15,10 +15,10 @@
    Input: variants. Nothing is searched, and the text does not depend on the machine.
    Output: the text of one function, of a translation unit, or of a module for one target.
 
-4. **Build**: `build_library`, package `build`.
+4. **Build**: `build_kernel`, package `build`.
 
-   Input: the C text of variants, and a precision.
-   Output: a compiled library for this machine, from the cache where it was compiled before.
+   Input: a variant, and a precision.
+   Output: the kernel compiled for this machine, from the cache where it was compiled before.
 
 5. **Execute**: `bind_library`, `bind_numba`, `bind_cuda`; package `execute`.
 
@@ -32,12 +32,14 @@ declaring a kernel loads neither SymPy nor a compiler.
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping, Sequence
+from collections.abc import Mapping, MutableMapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from .algebra.algebra import Algebra, Kind
-from .errors import InputError
-from .execute.arrays import BoundKernel, Library, LoopError
+from .errors import InputError, SpecError
+from .execute.arrays import AddedKernel, BoundKernel, Library, LoopError
 from .trace.kernel import Formula, Kernel, interface
 from .trace.trace import trace
 
@@ -48,6 +50,8 @@ if TYPE_CHECKING:
     from .optimise.variants import Variant
     from .targets.c.instances import Instance
 
+#: Generated folder of the extension that calls kernels which are made at run time.
+CALLS = "calls"
 #: Languages that kernels are printed in.
 LANGUAGES = ("c", "numba", "cuda")
 
@@ -81,6 +85,26 @@ def optimise_kernel(
     from .optimise.variants import select_variant
 
     return select_variant(kernel, record, quick, selected)
+
+
+def optimise_quickly(kernel: Kernel) -> Variant:
+    """`optimise_kernel` for who waits for the kernel: a quick search, or none where its form is in the cache."""
+    from .build.kernel_cache import selected_form
+    from .optimise.variants import select_variant
+
+    selected: dict[Kernel, Variant] = {}
+    found: list[Variant] = []
+
+    def select() -> Mapping[str, Any]:
+        found.append(select_variant(kernel, quick=True, selected=selected))
+        return found[0].record()
+
+    record = selected_form(kernel.fingerprint, select)
+    if not found:
+        with suppress(SpecError):  # of a kernel with the same digest
+            return select_variant(kernel, record, selected=selected)
+        select()
+    return found[0]
 
 
 def as_written(kernel: Kernel) -> Variant:
@@ -134,41 +158,43 @@ def print_source(variants: Sequence[Variant], language: str = "c", title: str = 
 # -- 4. build ----------------------------------------------------------------------------------------------
 
 
-def build_library(
-    name: str, variants: Sequence[Variant], precision: str = "f64", instances: Sequence[Instance] | None = None
-) -> Library:
-    """Compile kernels for this machine, through the cache.
+def build_kernel(variant: Variant, precision: str = "f64") -> AddedKernel:
+    """Compile a kernel for this machine, through the cache, as a unit of the extension that calls such kernels.
 
     Parameters
     ----------
-    name : str
-        Identifier.
-    variants : sequence of Variant
+    variant : Variant
     precision : {"f64", "f32"}
-    instances : sequence of Instance, optional
-        Default: the one of this precision that this processor runs best.
     """
     from .build.cpu_features import best_instances
-    from .build.extension import load
-    from .targets.c.extension import extension_source
     from .targets.c.instances import BASELINE
 
-    if instances is not None:
-        return Library(load(extension_source(name, variants, instances)))
-    best = best_instances(precision)
+    (best,), plain = best_instances(precision), next(i for i in BASELINE if i.tag.startswith(precision))
     try:
-        return Library(load(extension_source(name, variants, best)))
+        return _add_kernel(variant, best)
     except LoopError:  # what is compiled asks the processor in its own way, and may know less of it than NumPy
-        plain = tuple(i for i in BASELINE if i.tag.startswith(precision))
         if best == plain:
             raise
-        return Library(load(extension_source(name, variants, plain)))
+        return _add_kernel(variant, plain)
+
+
+def _add_kernel(variant: Variant, instance: Instance) -> AddedKernel:
+    from .build.extension import generated_extension, load, load_unit
+    from .build.flags import UNIT_FLAGS
+    from .build.installed import bundled_folder, headers, installed_program
+    from .targets.c.extension import kernel_source
+
+    calls = installed_program(CALLS) or load(generated_extension(bundled_folder(CALLS), headers()))
+    source = kernel_source(variant, instance)
+    is_elementary = "elementary.h" in source.headers  # sines and series gain by more than these options
+    unit = load_unit(source if is_elementary else replace(source, options=UNIT_FLAGS))
+    return AddedKernel(calls, source.name, unit)
 
 
 # -- 5. execute --------------------------------------------------------------------------------------------
 
 
-def bind_library(library: Library, kernel: Kernel, symbol: str) -> BoundKernel:
+def bind_library(library: Library | AddedKernel, kernel: Kernel, symbol: str) -> BoundKernel:
     """A kernel of a compiled library, as a function of arrays."""
     return BoundKernel(library, symbol, *interface(kernel))
 
@@ -226,10 +252,8 @@ def bind_cuda(variant: Variant, device: Device | None = None) -> CudaKernel:
 
 def compile_kernel(variant: Variant, precision: str = "f64") -> BoundKernel:
     """Print, build and bind one kernel in C."""
-    from .targets.c.printer import symbol
-
-    name = symbol(variant.kernel)
-    return bind_library(build_library(name, [variant], precision), variant.kernel, name)
+    library = build_kernel(variant, precision)
+    return bind_library(library, variant.kernel, library.symbol)
 
 
 def bind_kernel(variant: Variant, target: str, precision: str = "f64") -> Any:

@@ -24,7 +24,7 @@ from .build.formula_digest import file_digest, formula_digest
 from .build.kernel_cache import INDEX
 from .build.source_digest import ROOT
 from .build.stamps import STAMPS, Stamps, generated_files, module_stamp, printers_stamp, read_stamps
-from .compiler import optimise_kernel, print_source, print_unit, trace_kernel
+from .compiler import CALLS, optimise_kernel, print_source, print_unit, trace_kernel
 from .declarations import Declaration, by_module, declared_kernels
 from .errors import SpecError
 from .interrupts import keep_partial
@@ -32,7 +32,7 @@ from .manifest import manifest_entry, operations_table
 from .optimise.factor.record import Record
 from .optimise.variants import Variant
 from .progress import ProgressOption, open_progress
-from .targets.c.extension import main_files
+from .targets.c.extension import calls_files, main_files
 from .targets.c.printer import symbol
 from .targets.c.table_product import general_files
 from .trace.kernel import Kernel, symbol_of
@@ -296,7 +296,7 @@ def generate_programs(anew: bool = True, processes: int = 1) -> dict[str, dict[s
     processes : int
         How many processes share the programs.
     """
-    made = {"general": general_files()}
+    made = {"general": general_files(), CALLS: calls_files()}
     if processes <= 1:
         return made | {name: _program_files(name, anew) for name in PROGRAMS}
     with ProcessPoolExecutor(min(processes, len(PROGRAMS)), mp_context=get_context("spawn")) as pool:

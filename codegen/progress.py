@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -50,8 +50,9 @@ class Report(Protocol):
     def __call__(self, done: float, detail: Any = "", /) -> None: ...
 
 
-@contextmanager
-def open_progress(option: Any, title: str, unit: str, total: float | None = None) -> Iterator[Report]:
+def open_progress(
+    option: Any, title: str, unit: str, total: float | None = None
+) -> AbstractContextManager[Report]:
     """Report the progress of a job as the option ``progress=`` says.
 
     Parameters
@@ -68,6 +69,11 @@ def open_progress(option: Any, title: str, unit: str, total: float | None = None
     InputError
         If the option is neither.
     """
+    return _SILENT if option is False else _open(option, title, unit, total)
+
+
+@contextmanager
+def _open(option: Any, title: str, unit: str, total: float | None) -> Iterator[Report]:
     if callable(option) and not isinstance(option, type):
 
         def report(done: float, detail: Any = "", /) -> None:
@@ -81,6 +87,13 @@ def open_progress(option: Any, title: str, unit: str, total: float | None = None
     else:
         with progress_bar(title) as show:
             yield lambda done, detail="": show(Progress(done, total, unit, detail))
+
+
+def _nothing(done: float, detail: Any = "", /) -> None:
+    """Report nothing."""
+
+
+_SILENT: AbstractContextManager[Report] = nullcontext(_nothing)
 
 
 @contextmanager

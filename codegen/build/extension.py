@@ -6,6 +6,7 @@ of kernels, templates or arrays. For separate compilation see `translation_units
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import json
 import logging
@@ -37,6 +38,7 @@ __all__ = [
     "generated_extension",
     "generated_unit",
     "load",
+    "load_unit",
     "required_compiler",
 ]
 
@@ -74,6 +76,17 @@ def load(extension: ExtensionSource) -> ModuleType:
     return module
 
 
+def load_unit(unit: ExtensionSource) -> int:
+    """Address of a unit of kernels, what its ``bs_this_unit()`` returns: nothing is declared, and no module is made.
+
+    Raises
+    ------
+    CompilerMissingError, CompileError
+        As `load`.
+    """
+    return int(load(unit).address)
+
+
 def generated_extension(folder: Path, headers: Path) -> ExtensionSource:
     """The extension of a generated folder, for when it was not compiled at install or has changed since.
 
@@ -92,7 +105,7 @@ def generated_extension(folder: Path, headers: Path) -> ExtensionSource:
 
 
 def generated_unit(folder: Path, headers: Path, module: str, instance: Instance) -> ExtensionSource:
-    """One module's kernels for one instance: ``bs_add_unit`` of the folder's extension takes its ``bs_this_unit()``.
+    """One module's kernels for one instance, for `load_unit`: ``bs_add_unit`` of the folder's extension takes it.
 
     Parameters
     ----------
@@ -109,7 +122,7 @@ def generated_unit(folder: Path, headers: Path, module: str, instance: Instance)
     options = unit_options(module, instance, source_hash(files))
     unit = f"const void *bs_this_unit(void) {{ return &bs_{unit_name(module, instance.tag)}; }}\n"
     name = f"{folder.name}_{unit_name(module, instance.tag)}"
-    return ExtensionSource(name, "const void *bs_this_unit(void);", files.pop(unit_file(module)) + unit, files, options)
+    return ExtensionSource(name, "", files.pop(unit_file(module)) + unit, files, options)
 
 
 class _Loading:
@@ -185,11 +198,12 @@ def _compile(stem: str, extension: ExtensionSource, chosen: CompilerInfo, folder
         for name, text in extension.headers.items():
             (folder / name).write_text(text, encoding="utf-8")
         source = folder / f"{stem}.c"
-        if has_python_headers():
+        if extension.cdef and has_python_headers():
             emit_wrapper(stem, extension.cdef, extension.source, source, extension.name)
         else:
             source.write_text(extension.source, encoding="utf-8")
-        options = [*extension.options, *_library_options(), f"-I{_include()}", "-I."]
+        include = [f"-I{_include()}"] if extension.cdef else []
+        options = [*extension.options, *_library_options(), *include, "-I."]
         run_compiler([*command, *options, source.name, *library], folder, extension.name, source)
     seconds = time.perf_counter() - start
     _log.info("compiled %s in %.2f s with %s", extension.name, seconds, chosen.summary)
@@ -215,6 +229,8 @@ def _library_options() -> list[str]:
 
 
 def _import(stem: str, extension: ExtensionSource, library: Path) -> ModuleType:
+    if not extension.cdef:
+        return _open_unit(stem, library)
     if not has_python_headers():
         return _open(stem, extension, library)
     name = _module_name(stem, extension)
@@ -222,6 +238,14 @@ def _import(stem: str, extension: ExtensionSource, library: Path) -> ModuleType:
     assert spec is not None and spec.loader is not None
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
+    return module
+
+
+def _open_unit(stem: str, library: Path) -> ModuleType:
+    this_unit = ctypes.CDLL(str(library)).bs_this_unit  # what was opened is never closed
+    this_unit.restype = ctypes.c_void_p
+    module = ModuleType(stem)
+    module.address = this_unit() or 0  # type: ignore[attr-defined]
     return module
 
 

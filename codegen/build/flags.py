@@ -55,7 +55,7 @@ machine runs: what `bladesmith demo` and the examples of README.md call, and wha
 others, other algebras, programs and float32 are compiled at first use; everything is at install where
 BLADESMITH_COMPILE=all."""
 
-FIRST_PROGRAMS = frozenset(("general",))
+FIRST_PROGRAMS = frozenset(("calls", "general"))
 """The same of generated folders without modules of formulas."""
 
 EXTENSION_FILES: tuple[str, ...] = ("kernels.cdef", "kernels.c")

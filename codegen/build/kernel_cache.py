@@ -65,6 +65,27 @@ def store(group: str, key: str, printed: Mapping[str, str]) -> None:
     text_cache.write(group, {_file(key): json.dumps({"key": key, "texts": printed})})
 
 
+@cache
+def _forms() -> str | None:
+    """Group of the selected forms of kernels that are made at run time; None where sources are not at hand."""
+    digest = source_digest.digest(["optimise/variants.py"])
+    return digest and f"forms_{digest[:_DIGITS]}"
+
+
+def selected_form(fingerprint: str, select: Callable[[], Mapping[str, Any]]) -> Mapping[str, Any]:
+    """The record of a kernel's selected form, from the user's cache; else it is selected now, and kept."""
+    group = _forms()
+    if group is None:
+        return select()
+    _touch(group)
+    try:
+        found: Mapping[str, Any] = json.loads(text_cache.read(group, f"{fingerprint}.json") or "")
+    except (ValueError, RecursionError):
+        found = select()
+        text_cache.write(group, {f"{fingerprint}.json": json.dumps(found)})
+    return found
+
+
 def index(header: str, kernels: Mapping[tuple[str, str], Iterable[str]]) -> str:
     """Contents of the file that says which kernels a generated folder's header holds: symbols by group and key."""
     groups: dict[str, dict[str, list[str]]] = {}

@@ -21,7 +21,7 @@ STAMPS = "sources.json"
 FORMAT = 1
 #: Code and templates that every generated text depends on.
 PRINTERS = ("generator.py", "targets/c/extension.py", "targets/numba/printer.py")
-TEMPLATES = ("unit.c.j2", "kernel.h.j2", "kernels.c.j2", "kernels.cdef", "kernels.py.j2")
+TEMPLATES = ("unit.c.j2", "kernel.h.j2", "kernels.c.j2", "calls.h.j2", "kernels.cdef", "calls.cdef", "kernels.py.j2")
 _DIGITS = 16
 
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from threading import Lock
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +34,7 @@ class Splitter(Protocol):
 _splitter: Splitter | None = None
 _F64, _F32 = np.dtype(np.float64), np.dtype(np.float32)
 READY = 0x101  # flags of arrays that are contiguous and aligned: NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED
-#: A plan's places for results and for arguments; the same numbers stand in templates/c/kernels/kernels.cdef.
+#: A plan's places for results and for arguments; the same numbers stand in templates/c/kernels/calls.cdef.
 PLAN_OUTPUTS, PLAN_INPUTS = 8, 16
 
 
@@ -123,6 +124,44 @@ class Library:
             if not self.lib.bs_instance_has(place, self.index[symbol]):
                 return False
         return bool(self.lib.bs_use_instance(place))
+
+
+class AddedKernel:
+    """One kernel that was made at run time, among those of the extension that calls them; else as a `Library`.
+
+    Parameters
+    ----------
+    module : module
+        With ``ffi`` and ``lib``, see templates/c/kernels/calls.c.j2.
+    symbol : str
+    unit : int
+        Address of a unit with this kernel alone.
+
+    Raises
+    ------
+    LoopError
+        If this processor cannot run it, or there are too many.
+    """
+
+    _numbers: ClassVar[dict[int, int]] = {}
+    _adding: ClassVar[Lock] = Lock()
+
+    def __init__(self, module: Any, symbol: str, unit: int) -> None:
+        self.module, self.symbol = module, symbol
+        self.ffi, self.lib = module.ffi, module.lib
+        with self._adding:
+            number = self._numbers.get(unit)
+            if number is None:
+                number = self.lib.bs_add_kernel(self.ffi.cast("void *", unit))
+                if number < 0:
+                    why = "this processor does not run what was compiled" if number == -1 else "too many kernels"
+                    raise LoopError(f"{symbol}: {why}", remedy="Set CC to gcc or clang, or use target='numba'")
+                self._numbers[unit] = number
+        self.index = {symbol: number}
+
+    def provide(self, symbol: str, single: bool) -> bool:
+        """Return whether there is a loop for a precision."""
+        return bool(self.lib.bs_has(self.index[symbol], single))
 
 
 class Binding(ABC):
@@ -216,7 +255,7 @@ class BoundKernel(Binding):
 
     Parameters
     ----------
-    library : Library
+    library : Library or AddedKernel
     symbol : str
         Name in the library.
     inputs, outputs : sequences of Argument
@@ -226,7 +265,7 @@ class BoundKernel(Binding):
 
     def __init__(
         self,
-        library: Library,
+        library: Library | AddedKernel,
         symbol: str,
         inputs: Sequence[Argument],
         outputs: Sequence[Argument],

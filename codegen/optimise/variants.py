@@ -18,6 +18,7 @@ from ..ir.graph import Node, reachable
 from ..trace.kernel import Kernel
 from .accuracy import error_ratio
 from .factor.factor import Expr, Poly, factor
+from .factor.packed import System
 from .factor.record import Record, decode, encode
 from .polynomial_view import (
     PolynomialView,
@@ -41,8 +42,12 @@ PROBED_TERMS = 150
 HOPELESS_RATIO = 1000 * ADMITTED_RATIO
 #: Most terms of a system for kernels made at run time.
 QUICK_SYSTEM_TERMS = 400
-#: Work of one factoring for kernels made at run time, and of a probe: about 0.1 s.
+#: Work of one factoring for kernels made at run time, and of a probe: at most about 0.1 s.
 QUICK_BUDGET = 40_000
+#: The same where sums that are shared stay: a long search finds little there.
+QUICK_LOCAL_BUDGET = 10_000
+#: Kernels made at run time get so much work for each pair of terms, and this at least.
+QUICK_PAIRS_TO_WORK, QUICK_LEAST = 20, 20_000
 
 
 @dataclass(frozen=True)
@@ -157,29 +162,47 @@ class Candidate:
 def candidates(kernel: Kernel, quick: bool = False) -> Iterator[Candidate]:
     """Forms worth counting: "local" (sums that are shared stay), "greedy" (all expanded), "reduced0", ...
 
-    ``quick`` searches less: for kernels that somebody waits for.
+    ``quick`` searches less, for kernels that somebody waits for: of what is expanded one form, reduced where it can be.
     """
-    for name, keep_shared in (("local", True), ("greedy", False)):
-        with suppress(TooManyTerms):
-            parts = extract_polynomials(kernel, keep_shared)
-            yield from _factor_candidates(kernel, name, parts, parts.polynomials, quick)
+    with suppress(TooManyTerms):
+        parts = extract_polynomials(kernel, keep_shared=True)
+        yield from _factor_candidates(kernel, "local", parts, parts.polynomials, QUICK_LOCAL_BUDGET if quick else 0)
     with suppress(TooManyTerms):
         parts = extract_polynomials(kernel, keep_shared=False)
-        for i, polynomials in enumerate(islice(reduced_polynomials(kernel, parts), 1 if quick else None)):
-            yield from _factor_candidates(kernel, f"reduced{i}", parts, polynomials, quick)
+        forms = _expanded_forms(kernel, parts)
+        if quick:
+            name, polynomials = list(islice(forms, 2))[-1]
+            yield from _factor_candidates(kernel, name, parts, polynomials, _quick_budget(polynomials, parts))
+            return
+        for name, polynomials in forms:
+            yield from _factor_candidates(kernel, name, parts, polynomials)
+
+
+def _expanded_forms(kernel: Kernel, parts: PolynomialView) -> Iterator[tuple[str, Sequence[Poly]]]:
+    """What is expanded, by name: as it is, then shorter with the same values."""
+    yield "greedy", parts.polynomials
+    for i, polynomials in enumerate(reduced_polynomials(kernel, parts)):
+        yield f"reduced{i}", polynomials
+
+
+def _quick_budget(polynomials: Sequence[Poly], parts: PolynomialView) -> int:
+    pairs = System.load(polynomials, len(parts.atoms)).pair_count()
+    return min(QUICK_BUDGET, max(QUICK_LEAST, QUICK_PAIRS_TO_WORK * pairs))
 
 
 def _factor_candidates(
-    kernel: Kernel, name: str, parts: PolynomialView, polynomials: Sequence[Poly], quick: bool
+    kernel: Kernel, name: str, parts: PolynomialView, polynomials: Sequence[Poly], quick: int = 0
 ) -> Iterator[Candidate]:
+    """The form factored, with all the work that it is worth or, of somebody who waits, with this much."""
     terms = sum(len(p) for p in polynomials)
     if terms > (QUICK_SYSTEM_TERMS if quick else MAX_SYSTEM_TERMS):
         return
-    if quick or terms > PROBED_TERMS:
+    if quick:
+        yield Candidate(name, parts, tuple(factor(polynomials, len(parts.atoms), quick)))
+        return
+    if terms > PROBED_TERMS:
         probe = Candidate(name, parts, tuple(factor(polynomials, len(parts.atoms), QUICK_BUDGET)))
-        if quick:
-            yield probe
-        if quick or _is_hopeless(kernel, probe):
+        if _is_hopeless(kernel, probe):
             return
     yield Candidate(name, parts, tuple(factor(polynomials, len(parts.atoms))))
 
@@ -277,11 +300,17 @@ def _candidate_from_record(kernel: Kernel, record: Record) -> Candidate:
 
 
 def _search(kernel: Kernel, quick: bool, callees: Mapping[Kernel, Variant]) -> Candidate | None:
+    """The cheapest candidate that is as accurate; of equal ones the first. None: the formula as written is cheaper."""
     mark = kernel.graph.mark()
-    best, least = None, count(kernel.roots, callees).total
+    least, found = count(kernel.roots, callees).total, []
     for candidate in candidates(kernel, quick):
-        variant = candidate.build(kernel, callees)
-        if variant.operations.total < least and error_ratio(kernel, variant.roots) <= ADMITTED_RATIO:
-            best, least = candidate, variant.operations.total
+        total = candidate.build(kernel, callees).operations.total
         kernel.graph.rollback(mark)
-    return best
+        if total < least:
+            found.append((total, candidate))
+    for _, candidate in sorted(found, key=lambda pair: pair[0]):  # bounds take longer than building once more
+        ratio = error_ratio(kernel, candidate.build(kernel, callees).roots)
+        kernel.graph.rollback(mark)
+        if ratio <= ADMITTED_RATIO:
+            return candidate
+    return None

@@ -19,13 +19,13 @@ from ..codegen.build import cache
 from ..codegen.build.cpu_features import best_instances, processor_name
 from ..codegen.build.extension import compiler, has_python_headers
 from ..codegen.build.flags import C_FLAGS, compiled_files, source_hash, unit_file
+from ..codegen.build.installed import linked_units
 from ..codegen.errors import BladesmithError, MissingExtraError
 from ..codegen.execute import nvrtc
 from ..codegen.targets.c.instances import OF_KERNELS
 from ..codegen.targets.capabilities import PROGRAMS, TARGETS, compiled_only
 from ..codegen.version import __version__
 from ..common.parallel import thread_count
-from ..dispatch.installed import linked_units
 from . import options
 from .cache import readable
 

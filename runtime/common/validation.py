@@ -138,7 +138,7 @@ def as_tuple(
     value: Any, name: str, single: type[Any] | tuple[type[Any], ...] = (), error: type[BladesmithError] = InputError
 ) -> tuple[Any, ...]:
     """Tuple of one value of the types ``single``, or of several; None gives an empty one."""
-    if value is None:
+    if value is None or (type(value) is tuple and not value):
         return ()
     if single and isinstance(value, single):
         return (value,)

@@ -7,7 +7,7 @@ import numpy as np
 from ..codegen.errors import ShapeError
 from ..common.validation import as_bool
 from ..dispatch.coefficients import embed
-from ..dispatch.formulas import raise_first
+from ..dispatch.item_statuses import raise_first
 from ..dispatch.multivector_data import check_multivector
 from ..status import Status
 from .constructors import Constructors

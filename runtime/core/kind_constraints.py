@@ -19,7 +19,7 @@ from ..codegen.algebra.members import TOLERANCE_ULPS, residuals
 from ..codegen.algebra.multivector import from_values
 from ..codegen.errors import KindError
 from ..codegen.rings.protocol import RationalRing
-from ..dispatch import kind_inference
+from ..codegen.trace import result_kinds
 from ..dispatch.coefficients import embed
 from ..dispatch.multivector_data import M, MultivectorData
 from ..dispatch.plans import table_rows
@@ -189,7 +189,7 @@ def convert_to_kind(x: M, kind: Kind, check: bool = True) -> M:
     data = embed(x, kind)
     if check:
         _check_lost(x, kind)
-        if kind.constraints and not kind_inference.is_subkind(x.kind, kind):
+        if kind.constraints and not result_kinds.belongs(x.kind, kind):
             undecided = ~np.isnan(data).all(-1)  # items without an answer stay what they are
             bad = undecided & ~satisfies_constraints(kind, data)
             if bad.any():

@@ -13,7 +13,6 @@ from ..codegen.algebra.blades import grade
 from ..codegen.errors import AlgebraMismatchError, BladeError, GradeError, InputError, ShapeError, suggest
 from ..common.dtypes import F32, F64
 from ..common.validation import as_int, real_array
-from ..dispatch import kind_inference
 from ..dispatch.coefficients import broadcast
 from ..dispatch.multivector_data import M, MultivectorData
 from ..dispatch.product_tables import LINEAR, linear_map
@@ -37,7 +36,7 @@ def _map(source: Type, name: str) -> tuple[Type, Callable[[NDArray[Any]], NDArra
     blades = algebra.order(images.tolist()) or (0,)
     kind = algebra.layout_of(blades)
     if not source.kind.is_layout and source.size <= MAX_PROVED:
-        proved = kind_inference.result_kind(algebra, LINEAR[name], (source.kind,))
+        proved = algebra.result_kind(LINEAR[name], (source.kind,))
         kind = proved if proved.blades == blades else kind
     out = algebra.type_of(kind, source.dtype)
     if len(images) == len(blades) == len(set(places.tolist())):  # one source each: signs and a permutation

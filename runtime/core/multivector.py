@@ -21,7 +21,7 @@ from ..codegen.errors import BladeError, GradeError, InputError
 from ..common.deprecation import renamed_attribute
 from ..common.dtypes import F64, as_precision
 from ..common.validation import as_choice, real_array
-from ..dispatch.formulas import array_result
+from ..dispatch.item_statuses import array_result
 from ..dispatch.multivector_data import Statuses
 from ..dispatch.stock_kernels import StockKernels
 from . import construction, formatting, kind_constraints, linear_maps

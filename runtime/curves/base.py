@@ -16,7 +16,8 @@ from ..common.deprecation import renamed_attribute
 from ..common.dtypes import F64
 from ..common.validation import as_bool, check_shape, real_array
 from ..core.multivector import Multivector
-from ..dispatch.formulas import ArrayOperand, FormulaResult, evaluate, invalidate_nonfinite, merge_statuses, raise_first
+from ..dispatch.formulas import ArrayOperand, FormulaResult, evaluate
+from ..dispatch.item_statuses import invalidate_nonfinite, merge_statuses, raise_first
 from .bernstein import Array
 from .control_objects import Controls, rows_of
 

@@ -16,24 +16,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..codegen.algebra.algebra import Kind, numbers, scalar_argument
-from ..codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, SingularError, TraceError
+from ..codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, TraceError
 from ..codegen.execute.arrays import READY
+from ..codegen.trace.result_kinds import belongs
 from ..common.dtypes import F64, common_precision
-from ..common.validation import all_finite, as_bool, real_array
-from ..status import Status
-from . import kind_inference
+from ..common.validation import real_array
 from .coefficients import embed
 from .item_plans import NO_PLAN, ItemPlan, NoPlan, make_plan
 from .kernel_entries import Entry, Key, Result
-from .multivector_data import M, MultivectorData, Statuses, from_buffer, statuses
+from .multivector_data import MultivectorData, from_buffer
 from .types import TypedAlgebra
 
 #: Items of a formula after which it is compiled: NumPy takes some microseconds for each, the compiler half a second.
 WORTH_COMPILING = 100_000
 #: What single items are given as.
 PLAIN = frozenset((tuple, list, float, int))
-#: Why an item has its status, for its index and status: the end of a message.
-Explanation: TypeAlias = Callable[[tuple[int, ...], Status], str]
 _log = logging.getLogger("bladesmith")
 
 
@@ -88,9 +85,11 @@ def evaluate(algebra: TypedAlgebra, formula: str, *operands: MultivectorData | A
     GradeError
         If the formula means nothing for operands on these blades.
     """
-    usual = evaluate_item(algebra, formula, operands)
-    if usual is not None:
-        return usual
+    return evaluate_item(algebra, formula, operands) or evaluate_batch(algebra, formula, *operands)
+
+
+def evaluate_batch(algebra: TypedAlgebra, formula: str, *operands: MultivectorData | ArrayOperand) -> FormulaResult:
+    """`evaluate` for what `evaluate_item` and `item_value` leave: batches, and single items that are not as usual."""
     for x in operands:
         if not isinstance(x, ArrayOperand) and x.algebra is not algebra:
             raise AlgebraMismatchError(f"{x.algebra.name} is not {algebra.name}; convert the operand first.")
@@ -215,7 +214,7 @@ def _cost(entry: Entry, keys: Sequence[Key]) -> int | None:
                 return None
         elif wanted == given:
             continue
-        elif kind_inference.is_subkind(given, wanted):
+        elif belongs(given, wanted):
             total += 2 * (wanted.size - given.size) + int(wanted.is_layout)
         else:
             return None
@@ -282,128 +281,12 @@ class TieredKernel:
         return self.kernel.bound("c" if self.is_hot else "numpy", data)
 
 
-def raise_first(
-    status: NDArray[np.uint8] | None,
-    what: str,
-    error: type[SingularError] = SingularError,
-    explain: Explanation | None = None,
-) -> None:
-    """Raise for the first item without an answer.
-
-    Raises
-    ------
-    SingularError
-        Or the given subclass, naming the item and its status, and what ``explain`` says of them.
-    """
-    if status is None:
-        return
-    bad = (status != Status.OK) & (status != Status.NOT_UNIQUE)
-    if not bad.any():
-        return
-    index = tuple(int(i) for i in np.argwhere(bad)[0]) if bad.ndim else ()
-    code = Status(int(status[index]))
-    item = "it" if not index else f"item {index[0] if len(index) == 1 else index}"
-    reason = explain(index, code) if explain is not None and code != Status.INVALID else ""
-    raise error(f"{what}: {item} is {code.name}{reason}.")
-
-
-def array_result(
-    values: NDArray[Any],
-    codes: NDArray[np.uint8] | None,
-    what: str,
-    status: Any,
-    strict: Any,
-    item_ndim: int = 0,
-    explain: Explanation | None = None,
-) -> NDArray[Any] | tuple[NDArray[Any], Statuses]:
-    """Result of a function of plain arrays with the options ``status`` and ``strict``: values, or (values, statuses).
-
-    Parameters
-    ----------
-    values : array (..., items)
-        Items have ``item_ndim`` axes.
-    codes : array (...) of uint8, optional
-        Statuses that are known, such as those of the operands; what is not finite beside is `INVALID`.
-
-    Raises
-    ------
-    SingularError
-        With ``strict``: for the first item without an answer.
-    """
-    if status is False and strict is False:
-        return values
-    with_status, is_strict = as_bool(status, "status"), as_bool(strict, "strict")
-    lead = values.shape[: values.ndim - item_ndim]
-    finite = np.isfinite(values).all(tuple(range(-item_ndim, 0)))
-    known = np.zeros(lead, np.uint8) if codes is None else np.broadcast_to(codes, lead)
-    found = np.asarray(np.where(finite | (known != Status.OK), known, np.uint8(Status.INVALID)), np.uint8)
-    if is_strict:
-        raise_first(found, what, explain=explain)
-    return (values, statuses(found, lead)) if with_status else values
-
-
-def invalidate_nonfinite(x: M) -> M:
-    """Items without an answer are NaN all over; what is not finite is `INVALID`, unless its status says more."""
-    if all_finite(x._data) and (x._status is None or not x._status.any()):
-        return x
-    bad = ~np.isfinite(x._data).all(-1)
-    if x._status is not None:
-        bad = bad | (x._status != Status.OK) & (x._status != Status.NOT_UNIQUE)
-    return invalidate(x, bad)
-
-
-def invalidate(x: M, bad: NDArray[np.bool_]) -> M:
-    """NaN and INVALID in some items."""
-    if not bad.any():
-        return x
-    known = np.zeros(x.shape, np.uint8) if x._status is None else x._status
-    answered = (known == Status.OK) | (known == Status.NOT_UNIQUE)
-    status = np.where(bad & answered, np.uint8(Status.INVALID), known)
-    data = np.where(bad[..., None], x.dtype.type(np.nan), x._data)
-    return _with_deviation(x._make(x._type, data, x.shape, np.asarray(status, np.uint8)), x)
-
-
-def propagate_invalid(result: M, x: MultivectorData) -> M:
-    """The result of a function of x: items of x that are not finite have no answer, and x's status or `INVALID`."""
-    if all_finite(x._data):
-        return result
-    bad = ~np.isfinite(x._data).all(-1)
-    statuses = (invalidate(x, bad)._status, result._status)
-    given, known = (np.zeros(x.shape, np.uint8) if status is None else status for status in statuses)
-    data = np.where(bad[..., None], result.dtype.type(np.nan), result._data)
-    made = result._make(result._type, data, result.shape, np.asarray(np.where(bad, given, known), np.uint8))
-    return _with_deviation(made, result)
-
-
-def _with_deviation(made: M, x: M) -> M:
-    if hasattr(x, "_deviation"):
-        made._deviation = x._deviation
-    return made
-
-
-def merge_statuses(*statuses: NDArray[np.uint8] | None) -> NDArray[np.uint8] | None:
-    """One status per item: the first that is not OK."""
-    known = [s for s in statuses if s is not None]
-    if not known:
-        return None
-    total = known[0]
-    for other in known[1:]:
-        total = np.where(total == Status.OK, other, total)
-    return np.asarray(total, np.uint8)
-
-
 __all__ = [
     "ArrayOperand",
-    "Explanation",
     "FormulaResult",
-    "array_result",
-    "propagate_invalid",
     "evaluate",
+    "evaluate_batch",
     "evaluate_item",
     "item_value",
-    "invalidate_nonfinite",
-    "invalidate",
-    "merge_statuses",
-    "raise_first",
     "resolve_kernel",
 ]

@@ -53,7 +53,7 @@ class ItemPlan:
         That of an item as usual, where the kernel has statuses.
     """
 
-    __slots__ = ("status", "_run", "_item", "_results", "_numbers", "_rest")
+    __slots__ = ("status", "_run", "_item", "_results", "_places", "_numbers", "_rest")
 
     def __init__(
         self, kernel: BoundKernel, operands: int, outputs: Sequence[Result], types: Sequence[Type | None]
@@ -74,6 +74,7 @@ class ItemPlan:
             else:
                 self._results.append((slice(place, place + output.size), type))
                 place += output.size
+        self._places = [p if p.stop > p.start + 1 else p.start for p, _ in self._results]
         self._numbers = status
         self.status = OK_ALONE if status > numbers else None
 
@@ -83,6 +84,13 @@ class ItemPlan:
         if self._run(self._item, from_buffer(out), *pointers, *self._rest):
             return None
         return [out[place] if type is None else _wrapped(type, out[place]) for place, type in self._results]
+
+    def rows(self, pointers: Sequence[Any]) -> list[Any] | None:
+        """Coefficients of all results, of one alone as a number; None where one is not as usual."""
+        out = np.empty(self._numbers)
+        if self._run(self._item, from_buffer(out), *pointers, *self._rest):
+            return None
+        return [out[place] for place in self._places]
 
     def value(self, pointers: Sequence[Any]) -> Any:
         """The first result, a multivector; None where one is not as usual."""
@@ -110,7 +118,7 @@ class NoPlan:
     def values(self, pointers: Sequence[Any]) -> None:
         """No results."""
 
-    value = values
+    value = rows = values
 
 
 NO_PLAN = NoPlan()

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from ..codegen.algebra.algebra import Kind
 from ..codegen.errors import AlgebraMismatchError
 from ..codegen.execute.arrays import BoundKernel, parallel_for
+from ..codegen.trace.result_kinds import belongs
 from ..common.dtypes import F32, F64
-from . import kind_inference, product_tables
+from . import product_tables
 from .coefficients import broadcast, embed, expand_rows
 from .kernel_entries import Entry, KernelSource, Key
 from .multivector_data import MultivectorData, from_buffer
@@ -33,6 +34,8 @@ Loop = Callable[[int, Any, Any, int, Any, int], None]
 
 #: Plans by operation and types.
 PLANS: dict[tuple[str, Type, Type], Plan] = {}
+#: Kinds of products with more terms are not inferred: the layout of the product is taken.
+MAX_TERMS = 4096
 #: The first call of a batch multiplies this many terms at most, some 0.1 s, so that an interrupt is seen.
 MOST_TERMS = 2**27
 #: A general sandwich keeps this many items between its two products.
@@ -103,9 +106,9 @@ def _result_kind(entry: Entry, operation: str, a: Type, b: Type) -> Kind:
 
 def _proved_kind(operation: str, a: Type, b: Type) -> Kind | None:
     """The kind of the result by proof; None where nothing is known of the operands, or where they are too large."""
-    if (a.kind.is_layout and b.kind.is_layout) or a.size * b.size > kind_inference.MAX_TERMS:
+    if (a.kind.is_layout and b.kind.is_layout) or a.size * b.size > MAX_TERMS:
         return None
-    return kind_inference.result_kind(a.algebra, operation_formula(operation), (a.kind, b.kind))
+    return a.algebra.result_kind(operation_formula(operation), (a.kind, b.kind))
 
 
 def _promoted_plan(operation: str) -> Plan:
@@ -124,7 +127,7 @@ def _sandwich_via_superkind(a: Type, b: Type) -> Plan | None:
         holder = entry.inputs[0]
         if isinstance(holder, int) or not holder.constraints or entry.inputs[1] not in (b.kind, b.kind.layout):
             continue
-        if kind_inference.is_subkind(a.kind, holder):
+        if belongs(a.kind, holder):
             wide = a.algebra.type_of(holder, a.dtype)
             known = _make("sandwich", wide, b)
             found = _stock("sandwich", wide, b)
@@ -297,8 +300,8 @@ def _general_sandwich(a: Type, b: Type) -> Plan:
 
 def _sandwich_kind(a: Type, b: Type, inner: Table) -> Kind:
     algebra = a.algebra
-    if inner.terms <= kind_inference.MAX_TERMS and len(inner.blades) * a.size <= kind_inference.MAX_TERMS:
-        return kind_inference.result_kind(algebra, operation_formula("sandwich"), (a.kind, b.kind))
+    if inner.terms <= MAX_TERMS and len(inner.blades) * a.size <= MAX_TERMS:
+        return algebra.result_kind(operation_formula("sandwich"), (a.kind, b.kind))
     outer = product_table(algebra, "reversed", inner.blades, a.blades)
     signs = {blade.bit_count() & 2 for blade in b.blades}
     # x = +-~x makes R x ~R = +-~(R x ~R), so grades of the other sign cancel exactly

@@ -63,11 +63,11 @@ def compile_specialized(key: tuple[str, Type, Type], out: Type, items: int) -> R
     what = f"{a.algebra.name}: {operation} of {a.kind.name} and {b.kind.name}"
     start = time.perf_counter()
     try:
-        from ..codegen.compiler import compile_kernel, optimise_kernel, trace_kernel
+        from ..codegen.compiler import compile_kernel, optimise_quickly, trace_kernel
 
         name = f"{operation}_{a.kind.name}_{b.kind.name}"
         traced = trace_kernel(operation_formula(operation), (a.kind, b.kind), name, out.kind, a.algebra)
-        kernel = compile_kernel(optimise_kernel(traced, quick=True), "f32" if out.single else "f64")
+        kernel = compile_kernel(optimise_quickly(traced), "f32" if out.single else "f64")
     except BladesmithError as error:
         _log.info("%s stays with the general product: %s", what, error)
         return None

@@ -10,10 +10,10 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from ..codegen.build.extension import generated_extension, load
+from ..codegen.build.installed import bundled_folder, headers, installed_program
 from ..codegen.build.toolchain import REMEDY_OF_PROGRAMS, compiler, missing_compiler, required_compiler
 from ..codegen.execute.in_place import Entry, InPlace, read_entries
 from ..codegen.execute.items import CLoop, CompiledLoop, Loop
-from .installed import bundled_folder, headers, installed_program
 
 if TYPE_CHECKING:
     from ..codegen.execute.cuda_items import CudaLoops

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any
 
 from ..codegen.algebra.algebra import Kind
 from ..codegen.build.flags import compiled_files, source_hash, unit_file
+from ..codegen.build.installed import bundled_folder as bundled_folder
+from ..codegen.build.installed import headers, is_fresh, linked_units
 from ..codegen.errors import BladesmithError, SpecError
 from ..codegen.execute.arrays import Array, Binding, BoundKernel, Library
 from ..codegen.ir.argument import Argument
-from .installed import bundled_folder as bundled_folder
-from .installed import headers, is_fresh, linked_units
 from .kernel_entries import Entry, Key, Result
 from .types import TypedAlgebra
 
@@ -129,11 +129,13 @@ class StockKernels:
                 _log.warning("%s, %s: run as plain Python: %s", self.algebra.name, module, error)
 
     def _compile_unit(self, module: str, instance: str) -> Any:
-        from ..codegen.build.extension import generated_unit, load, required_compiler
+        from ..codegen.build.extension import generated_unit, load_unit, required_compiler
         from ..codegen.targets.c.instances import BY_TAG
 
         required_compiler("what was not compiled at install is compiled at its first use")
-        return load(generated_unit(self.folder, headers(), module, BY_TAG[instance])).lib.bs_this_unit()
+        unit = load_unit(generated_unit(self.folder, headers(), module, BY_TAG[instance]))
+        assert self.library is not None
+        return self.library.ffi.cast("void *", unit)
 
 
 class PlainKernel(Binding):

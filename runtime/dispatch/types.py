@@ -17,6 +17,7 @@ import numpy as np
 from ..codegen.algebra import algebra as mathematics
 from ..codegen.algebra.algebra import Kind
 from ..codegen.algebra.blades import grade
+from ..codegen.trace.result_kinds import result_blades
 from ..common.dtypes import F32
 from .kernel_entries import KernelSource
 
@@ -184,6 +185,14 @@ class TypedAlgebra(mathematics.Algebra):
             local = self.layout_of(local.blades) if local.is_layout else local  # equal layouts may have several names
             interned = self._types[key] = Type(self, local, dtype)
         return interned
+
+    def result_kind(self, formula: Callable[..., Any], kinds: Sequence[Kind]) -> Kind:
+        """The narrowest kind that a formula's value provably belongs to, else the layout of its blades.
+
+        The formula may use sums and products only. A proof costs some milliseconds.
+        """
+        kind, blades = result_blades(self, formula, kinds)
+        return kind or self.layout_of(blades)
 
     def parse_blade(self, name: str | Sequence[int | str]) -> tuple[int, int]:  # labels are words too
         """Blade and sign of a name in any order of vectors; cached."""

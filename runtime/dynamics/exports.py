@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..plot.matplotlib_import import Axes3D, Figure
 
 
-#: Endings of a simulation, by the driver's number (integration/driver.py), each with its status.
+#: Endings of a simulation, by the driver's number (integration/runs.py), each with its status.
 ENDINGS = {
     "ok": Status.OK, "not finite": Status.INVALID, "step underflow": Status.NOT_CONVERGED,
     "rank changed": Status.SINGULAR, "function failed": Status.INVALID, "stopped": Status.NOT_CONVERGED,

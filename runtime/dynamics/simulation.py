@@ -18,8 +18,9 @@ from ..common.progress import ProgressOption, open_progress
 from ..common.validation import as_bool, as_choice, as_int, as_tuple, invalid, positive_float, short_repr
 from ..mechanics.rigid_body import RigidBody
 from ..mechanics.system import System
-from .integration import driver as engine
-from .integration import integrators
+from .bound_run import BoundRun
+from .integration import integrators, runs
+from .integration.driver import Driver
 from .integration.events import Event, as_events, check_single, stop_at_first_event
 from .integration.executor import SimulationTask, run_on_executor
 from .integration.initial_conditions import check_start
@@ -42,7 +43,7 @@ Array = NDArray[Any]
 #: An event, or its function alone.
 EventLike = Event | Callable[..., Any]
 #: Input of a run: slices of its sensitivities by name, the driver, motors and twists.
-Prepared = tuple[dict[str, slice], engine.Driver, Array, Array]
+Prepared = tuple[dict[str, slice], Driver, Array, Array]
 #: Message of a trajectory until an interrupt.
 INTERRUPTED = "interrupted"
 #: Inputs of the latest runs that a simulation caches.
@@ -229,7 +230,7 @@ class Simulation:
             return found
         task = SimulationTask(self._problem, stores, settings, project, names)
         run, slices, message = self._run_poses(task, threads, progress, executor, bool(watched))
-        if self._problem.integrator == "auto" and (run.status == engine.MEETING).any():  # no series: from the begin
+        if self._problem.integrator == "auto" and (run.status == runs.MEETING).any():  # no series: from the begin
             task = replace(task, problem=replace(self._problem, integrator="adaptive"))
             run, slices, message = self._run_poses(task, threads, progress, executor, bool(watched))
         trajectory = Trajectory(run, self.loads, message, slices, self.system)
@@ -242,6 +243,42 @@ class Simulation:
         if event is None or strict:
             _tell_ending(run, trajectory, strict)
         return trajectory
+
+    def bound(
+        self,
+        duration: float,
+        step: float | None = None,
+        times: Any = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+    ) -> BoundRun:
+        """A run over some time that is prepared once, for control loops: a call goes on where the last one ended.
+
+        Parameters
+        ----------
+        duration, step, times, rtol, atol
+            As of `run`; times count from the beginning of a call.
+
+        Returns
+        -------
+        BoundRun
+            A function without arguments, with ``time``, ``trajectory`` (the states of the last call) and ``restart()``.
+
+        Raises
+        ------
+        InputError, ShapeError, ConstraintError
+            As `run`; or if this is a batch, a motion in coordinates of joints, or runs on a GPU.
+        """
+        settings = settings_of(duration, step, rtol, atol, times is None)
+        stores = stored_times(settings, times, len(self.bodies))
+        if self._choice.problem_of(()) is not None:
+            remedy = "Take stepper(dt), or coordinates='maximal'"
+            raise InputError("a bound run is of poses, and this motion of coordinates of joints.", remedy=remedy)
+        _, driver, motors, twists = self._prepare(SimulationTask(self._problem, stores, settings, False, ()))
+        if driver.assembly.batched or driver.program.is_on_gpu:
+            raise InputError("a bound run is of one simulation, in this process.", remedy="Take run()")
+        check_room(driver, len(stores), None)
+        return BoundRun(driver, stores, motors, twists, self.loads, self.system)
 
     def stepper(self, dt: float, substeps: int = 1) -> Stepper:
         """Steps of a control loop, in the coordinates of the joints: a state and torques in, the next state out.
@@ -281,7 +318,7 @@ class Simulation:
     def _run_poses(
         self, task: SimulationTask, threads: int | None, progress: ProgressOption, executor: Executor | None,
         single: bool,
-    ) -> tuple[engine.Run, dict[str, slice], str]:  # fmt: skip
+    ) -> tuple[runs.Run, dict[str, slice], str]:  # fmt: skip
         """A run of poses to its end; places of sensitivities, and the reason of an early ending."""
         slices, driver, motors, twists = self._prepare(task)
         if single:
@@ -289,9 +326,9 @@ class Simulation:
         check_room(driver, len(task.times), threads)
         driver.assembly.callbacks.error = None  # of a run before, that nobody asked about
         if executor is not None:
-            run = engine.Run.blank(driver, task.times)
+            run = runs.Run.blank(driver, task.times)
         else:
-            run = engine.Run(driver, task.times, motors, twists, threads, task.project)
+            run = runs.Run(driver, task.times, motors, twists, threads, task.project)
             check_start(run, task.project)
         with (
             open_progress(progress, "simulate", "s", task.settings[0]) as report,
@@ -327,7 +364,7 @@ class Simulation:
         return f"<Simulation of {', '.join(self.names)}; {loads} loads, {constraints} constraints>"
 
 
-def _tell_ending(run: engine.Run, trajectory: Trajectory, strict: bool) -> None:
+def _tell_ending(run: runs.Run, trajectory: Trajectory, strict: bool) -> None:
     """Raise, or warn, if a run ended early."""
     if strict:
         raise_ending(run, trajectory)

@@ -14,7 +14,7 @@ from ..mechanics.arguments import coefficients
 from ..mechanics.joints.base import Joint
 from ..mechanics.system import System
 from .exports import ENDINGS, TrajectoryExports
-from .integration import driver
+from .integration import runs
 from .model.joint_loads import JointLimit, JointLoad, JointSpring
 from .model.loads import Gravity, Load, Spring
 from .results.joint_states import JointMotion, reaction_of_joint
@@ -72,7 +72,7 @@ class Trajectory(TrajectoryStates, TrajectoryExports):
     """
 
     def __init__(
-        self, run: driver.Run, loads: Sequence[Load], message: str = "", slices: Mapping[str, slice] | None = None,
+        self, run: runs.Run, loads: Sequence[Load], message: str = "", slices: Mapping[str, slice] | None = None,
         system: System | None = None,
     ) -> None:  # fmt: skip
         super().__init__(run)

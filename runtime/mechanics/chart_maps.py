@@ -6,7 +6,8 @@ import numpy as np
 
 from ..common.validation import as_bool, as_choice
 from ..core.multivector import Multivector
-from ..dispatch.formulas import evaluate, invalidate_nonfinite, merge_statuses, raise_first
+from ..dispatch.formulas import evaluate
+from ..dispatch.item_statuses import invalidate_nonfinite, merge_statuses, raise_first
 from .screws import as_screw, same_algebra
 
 MAPS = ("exponential", "bortz", "cayley", "outer")

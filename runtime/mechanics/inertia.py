@@ -14,7 +14,8 @@ from ..common.dtypes import common_precision
 from ..common.validation import as_instance, broadcast_shapes, positive_array
 from ..core.geometry.euclidean import plain
 from ..core.multivector import Algebra, Multivector
-from ..dispatch.formulas import ArrayOperand, array_result, evaluate, merge_statuses
+from ..dispatch.formulas import ArrayOperand, evaluate
+from ..dispatch.item_statuses import array_result, merge_statuses
 from ..dispatch.multivector_data import Statuses
 from .mass_properties import mass_properties
 from .principal_axes import principal

@@ -21,7 +21,8 @@ from ..core.geometry.parameters import P, Parameters
 from ..core.kind_constraints import convert_to_kind
 from ..core.multivector import Algebra, Multivector
 from ..core.registry import stock_algebra
-from ..dispatch.formulas import ArrayOperand, array_result, evaluate, invalidate_nonfinite, merge_statuses, raise_first
+from ..dispatch.formulas import ArrayOperand, evaluate
+from ..dispatch.item_statuses import array_result, invalidate_nonfinite, merge_statuses, raise_first
 from ..dispatch.multivector_data import Statuses, statuses
 from ..objects.screws import screw
 

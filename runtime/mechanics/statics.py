@@ -14,7 +14,8 @@ from ..core.geometry.parameters import Parameters
 from ..core.kind_constraints import convert_to_kind
 from ..core.multivector import Multivector
 from ..core.registry import stock_algebra
-from ..dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, raise_first
+from ..dispatch.formulas import ArrayOperand, evaluate
+from ..dispatch.item_statuses import invalidate_nonfinite, raise_first
 from ..dispatch.multivector_data import statuses
 from ..objects.closest_points import as_lines
 from .screws import Array, as_screw, finite_screw, geometry, moment_about, same_algebra, wrench_parts

@@ -17,7 +17,7 @@ from ..codegen.errors import AlgebraMismatchError, GradeError, InputError
 from ..common.validation import broadcast_shapes, short_repr
 from ..core.kind_constraints import satisfies_constraints
 from ..core.multivector import Multivector
-from ..dispatch.formulas import invalidate, invalidate_nonfinite
+from ..dispatch.item_statuses import invalidate, invalidate_nonfinite
 
 #: Kinds of direct objects by grade, narrowest first: flats, then all of the grade.
 OBJECTS = {1: ("point",), 2: ("point_pair",), 3: ("line", "circle"), 4: ("plane", "sphere")}

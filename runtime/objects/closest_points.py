@@ -16,7 +16,8 @@ from ..common.deprecation import renamed_keywords
 from ..common.validation import as_bool, broadcast_to, real_array
 from ..core.kind_constraints import tolerance
 from ..core.multivector import Algebra, Multivector
-from ..dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, raise_first
+from ..dispatch.formulas import ArrayOperand, evaluate
+from ..dispatch.item_statuses import invalidate_nonfinite, raise_first
 from ..status import Status
 from .arguments import as_objects, same_sort
 

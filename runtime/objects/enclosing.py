@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from ..codegen.errors import AlgebraMismatchError, GradeError, InputError
 from ..common.validation import as_axis, as_bool
 from ..core.multivector import Algebra, Multivector
-from ..dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, raise_first
+from ..dispatch.formulas import ArrayOperand, evaluate
+from ..dispatch.item_statuses import invalidate_nonfinite, raise_first
 from ..status import Status
 from .arguments import as_objects
 

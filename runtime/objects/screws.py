@@ -18,7 +18,8 @@ from ..common.validation import as_bool, as_instance, real_array
 from ..core.geometry.parameters import Parameters
 from ..core.kind_constraints import convert_to_kind
 from ..core.multivector import Multivector
-from ..dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, raise_first
+from ..dispatch.formulas import ArrayOperand, evaluate
+from ..dispatch.item_statuses import invalidate_nonfinite, raise_first
 from ..dispatch.multivector_data import statuses
 from ..status import Status
 from .arguments import same_sort

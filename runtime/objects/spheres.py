@@ -11,7 +11,8 @@ from ..common.deprecation import renamed_keywords
 from ..common.validation import as_bool
 from ..core.multivector import Multivector
 from ..dispatch.coefficients import embed
-from ..dispatch.formulas import ArrayOperand, FormulaResult, evaluate, raise_first
+from ..dispatch.formulas import ArrayOperand, FormulaResult, evaluate
+from ..dispatch.item_statuses import raise_first
 from .arguments import pair
 from .interpolation.sums import assemble, to_common_layout
 from .rotors import local_origin

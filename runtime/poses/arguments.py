@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any, cast
 
 import numpy as np
@@ -15,7 +16,9 @@ from ..core.geometry.euclidean import is_origin
 from ..core.geometry.projective import ProjectiveAlgebra
 from ..core.multivector import Multivector
 from ..core.registry import stock_algebra
-from ..dispatch.formulas import ArrayOperand, FormulaResult, evaluate, merge_statuses, raise_first
+from ..dispatch.formulas import ArrayOperand, FormulaResult, evaluate
+from ..dispatch.item_statuses import merge_statuses, raise_first
+from ..dispatch.types import Type
 from ..status import Status
 
 Array = NDArray[Any]
@@ -28,6 +31,12 @@ def algebra() -> ProjectiveAlgebra:
     return cast(ProjectiveAlgebra, stock_algebra("pga3d"))
 
 
+@cache
+def _motor_type(dtype: np.dtype[Any]) -> Type:
+    home = algebra()
+    return home.type_of(home.kind("motor"), dtype)
+
+
 def as_pose(x: Any, name: str = "x") -> Multivector:
     """Unit motors of pga3d.
 
@@ -36,6 +45,8 @@ def as_pose(x: Any, name: str = "x") -> Multivector:
     InputError, AlgebraMismatchError, KindError
         If it is an array, belongs to another algebra, or is not a unit motor.
     """
+    if isinstance(x, Multivector) and x._type is _motor_type(x._type.dtype):
+        return x
     motor = as_instance(x, name, Multivector, "a pose, a motor of pga3d,", remedy=MAKERS)
     if motor.algebra is not algebra():
         remedy = "Convert it with poses.from_matrix(x.to_matrix())" if 0 in motor.grades else MAKERS
@@ -73,11 +84,11 @@ def call(formula: str, *operands: Multivector | ArrayOperand) -> FormulaResult:
 def as_poses(result: FormulaResult, *operands: Multivector | ArrayOperand) -> Multivector:
     """Motors that a formula made, unit by mathematics; statuses of operands that are poses come first."""
     value: Multivector = result.value
-    status = merge_statuses(*(x._status for x in operands if isinstance(x, Multivector)), result.status)
+    known = [x._status for x in operands if isinstance(x, Multivector) and x._status is not None]
+    status = merge_statuses(*known, result.status) if known else result.status
     if status is not None and status.shape != value.shape:
         status = np.broadcast_to(status, value.shape).copy()
-    home = algebra()
-    return Multivector._make(home.type_of(home.kind("motor"), value.dtype), value._data, value.shape, status)
+    return Multivector._make(_motor_type(value.dtype), value._data, value.shape, status)
 
 
 def with_strict(x: Multivector, strict: bool, name: str) -> Multivector:

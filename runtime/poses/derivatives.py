@@ -10,7 +10,8 @@ import numpy as np
 from ..codegen.errors import InputError
 from ..core.geometry.euclidean import is_origin, plain
 from ..core.multivector import Multivector
-from ..dispatch.formulas import ArrayOperand, array_result, merge_statuses
+from ..dispatch.formulas import ArrayOperand
+from ..dispatch.item_statuses import array_result, merge_statuses
 from .angles import from_rotation_vector, to_rotation_vector
 from .arguments import Array, as_pose, as_twist, call, vector
 from .matrices import to_matrix

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal, overload
 
 from ..core.multivector import Multivector
-from ..dispatch.formulas import array_result
+from ..dispatch.item_statuses import array_result
 from ..dispatch.multivector_data import Statuses
 from .arguments import Array, as_pose, as_twist, call
 

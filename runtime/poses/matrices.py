@@ -10,7 +10,8 @@ from ..codegen.errors import InputError, ShapeError
 from ..common.validation import as_float, real_array
 from ..core.geometry.euclidean import plain
 from ..core.multivector import Multivector
-from ..dispatch.formulas import ArrayOperand, array_result, invalidate
+from ..dispatch.formulas import ArrayOperand
+from ..dispatch.item_statuses import array_result, invalidate
 from ..dispatch.multivector_data import Statuses
 from .arguments import Array, as_pose, as_poses, call, checked_items, item, row_of
 

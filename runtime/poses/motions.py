@@ -7,7 +7,8 @@ from typing import Any, Literal, overload
 
 from ..core.geometry.euclidean import plain
 from ..core.multivector import Multivector
-from ..dispatch.formulas import ArrayOperand, array_result, invalidate_nonfinite, merge_statuses
+from ..dispatch.formulas import ArrayOperand
+from ..dispatch.item_statuses import array_result, invalidate_nonfinite, merge_statuses
 from ..dispatch.multivector_data import Statuses
 from .angles import short_way
 from .arguments import Array, algebra, as_pose, as_poses, as_twist, call, vector, with_strict

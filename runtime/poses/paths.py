@@ -10,7 +10,8 @@ from ..codegen.errors import InputError
 from ..common.validation import as_axis, as_choice, finite_array
 from ..core.geometry.euclidean import plain
 from ..core.multivector import Multivector
-from ..dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite
+from ..dispatch.formulas import ArrayOperand, evaluate
+from ..dispatch.item_statuses import invalidate_nonfinite
 from ..status import Status
 from .arguments import Array, algebra, as_pose, as_poses, call, with_strict
 

@@ -12,7 +12,8 @@ from ..codegen.errors import InputError
 from ..common.validation import as_bool, as_choice, real_array
 from ..core.geometry.euclidean import plain
 from ..core.multivector import Multivector
-from ..dispatch.formulas import ArrayOperand, array_result
+from ..dispatch.formulas import ArrayOperand
+from ..dispatch.item_statuses import array_result
 from ..dispatch.multivector_data import Statuses
 from .arguments import Array, as_pose, as_poses, call, checked_items, item, row_of, vector
 

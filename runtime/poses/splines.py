@@ -10,7 +10,8 @@ from scipy.linalg import solve_banded
 from ..codegen.errors import InputError
 from ..common.validation import as_choice, check_shape, finite_array, real_array
 from ..core.multivector import Multivector
-from ..dispatch.formulas import ArrayOperand, array_result
+from ..dispatch.formulas import ArrayOperand
+from ..dispatch.item_statuses import array_result
 from ..status import Status
 from .arguments import Array, as_pose, as_poses, as_twist, call
 from .jacobians import adjoint

@@ -14,6 +14,7 @@ from bladesmith.codegen.algebra.loader import STOCK, algebra_from_data
 from bladesmith.codegen.algebra.members import NumericSource, sample
 from bladesmith.codegen.algebra.schema import load_spec, stock_spec_path
 from bladesmith.codegen.build.flags import compiled_files, source_hash, unit_file
+from bladesmith.codegen.build.installed import is_fresh, linked_units
 from bladesmith.codegen.compiler import bind_library
 from bladesmith.codegen.declarations import declared_kernels, plain_spec
 from bladesmith.codegen.errors import BladesmithError, SpecError
@@ -21,7 +22,6 @@ from bladesmith.codegen.generator import generate, generate_programs
 from bladesmith.codegen.targets.c.printer import symbol
 from bladesmith.codegen.trace.trace import trace
 from bladesmith.core.registry import stock_algebra
-from bladesmith.dispatch.installed import is_fresh, linked_units
 
 GENERATED = Path(str(resources.files("bladesmith.generated")))
 TEMPLATES = Path(str(resources.files("bladesmith.templates")))

@@ -15,12 +15,12 @@ from bladesmith import codegen, curves, dynamics, kinematics, objects, registrat
 from bladesmith.cli import main
 from bladesmith.codegen.build import toolchain
 from bladesmith.codegen.build.extension import generated_extension, load
+from bladesmith.codegen.build.installed import bundled_folder, headers, installed_program
 from bladesmith.codegen.declarations import plain_spec
 from bladesmith.codegen.generator import generate
 from bladesmith.codegen.language import Real, Reals
 from bladesmith.codegen.targets.capabilities import PROGRAMS, compiled_only, markdown_table
 from bladesmith.dispatch import algorithm_loops, stock_algorithms
-from bladesmith.dispatch.installed import bundled_folder, headers, installed_program
 from bladesmith.dynamics.integration import program as simulation_program
 from bladesmith.dynamics.integration.program import program_for
 from bladesmith.errors import CompilerMissingError

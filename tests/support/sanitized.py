@@ -15,6 +15,7 @@ import numpy as np
 import bladesmith as bs
 from bladesmith import cga3d, codegen, curves, dynamics, kinematics, tracer
 from bladesmith.codegen.build.extension import generated_extension, load
+from bladesmith.codegen.build.installed import bundled_folder, headers
 from bladesmith.codegen.execute.pairs import all_pairs, nearest
 from bladesmith.codegen.formulas.products.exponentials import log_motor
 from bladesmith.codegen.programs.merging.kinds import KINDS as MERGED
@@ -22,7 +23,6 @@ from bladesmith.codegen.programs.registration.registration import KINDS
 from bladesmith.codegen.programs.tracer.scene import needs
 from bladesmith.codegen.targets.c.source import ExtensionSource
 from bladesmith.dispatch import product_tables, stock_algorithms
-from bladesmith.dispatch.installed import bundled_folder, headers
 from bladesmith.kinematics.mechanism.poses.jacobians import METHODS
 from bladesmith.objects.clustering.agglomerative_driver import Greedy
 from bladesmith.registration.backends import algorithms as reform_algorithms

@@ -59,11 +59,23 @@ def in_dependency_order(variants: Iterable[Variant]) -> list[Variant]:
     return list(order.values())
 
 
+def calls_files(instances: Sequence[Instance] = OF_KERNELS) -> dict[str, str]:
+    """Generated files of the extension that calls kernels which are made at run time: kernels.c and kernels.cdef."""
+    return {
+        "kernels.c": render("calls.c.j2", instances=instances),
+        "kernels.cdef": "int bs_add_kernel(const void *unit);\n" + template_text("calls.cdef"),
+    }
+
+
+def _declarations() -> str:
+    return template_text("kernels.cdef") + template_text("calls.cdef")
+
+
 def main_files(title: str, symbols: Mapping[str, Sequence[str]]) -> dict[str, str]:
     """kernels.c and kernels.cdef of a folder of kernels, whose names are given by module."""
     return {
         "kernels.c": _main_text(title, symbols, OF_KERNELS, ()),
-        "kernels.cdef": template_text("kernels.cdef"),
+        "kernels.cdef": _declarations(),
     }
 
 
@@ -87,12 +99,20 @@ def unit_text(title: str, module: str, variants: Sequence[Variant]) -> str:
     )
 
 
+def kernel_source(variant: Variant, instance: Instance) -> ExtensionSource:
+    """A kernel for one instance, ready to compile into the cache: a unit for the extension of `calls_files`."""
+    name = symbol(variant.kernel)
+    text = render("kernel_unit.c.j2", i=instance, kernel=name)
+    unit = unit_text(name, name, [variant])
+    return ExtensionSource(name, "", text, {f"{name}.c": unit, **included_headers([text, unit], [f"{name}.c"])})
+
+
 def extension_source(name: str, variants: Sequence[Variant], instances: Sequence[Instance]) -> ExtensionSource:
     """An extension of these kernels in one text, ready to compile into the cache."""
     unit = unit_text(name, name, variants)
     main = _main_text(name, {name: [symbol(v.kernel) for v in variants]}, instances, instances)
     headers = {f"{name}.c": unit, **included_headers([unit, main], [f"{name}.c"])}
-    return ExtensionSource(name, template_text("kernels.cdef"), main, headers)
+    return ExtensionSource(name, _declarations(), main, headers)
 
 
 def _main_text(

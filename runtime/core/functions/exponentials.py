@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from ...codegen.algebra.algebra import Kind
 from ...codegen.errors import GradeError, NotARotorError
+from ...codegen.trace import result_kinds
 from ...common.dtypes import F32, F64
 from ...common.validation import as_bool
-from ...dispatch import kind_inference
 from ...dispatch.coefficients import embed
-from ...dispatch.formulas import evaluate, invalidate, invalidate_nonfinite, item_value, raise_first
+from ...dispatch.formulas import evaluate_batch, item_value
+from ...dispatch.item_statuses import invalidate, invalidate_nonfinite, raise_first
 from ..operators import Operators, P
 
 #: The series of `exp` runs on arguments of at most 2^-4, halved until they are.
@@ -46,7 +47,7 @@ def exp(x: P, strict: bool = False) -> P:
     if usual is not None and strict is False:
         made: P = _as_versor(usual)
         return made
-    value = _as_versor(evaluate(x.algebra, formula, x).value) if formula else _exp_series(x)
+    value = _as_versor(evaluate_batch(x.algebra, formula, x).value) if formula else _exp_series(x)
     result: P = invalidate_nonfinite(value)
     if as_bool(strict, "strict"):
         raise_first(result._status, "exp")
@@ -56,7 +57,7 @@ def exp(x: P, strict: bool = False) -> P:
 def _exp_formula(x: Operators) -> str:
     from ...codegen.formulas.products import exponentials, invariant
 
-    b = kind_inference.member(x.kind.layout, 0)
+    b = result_kinds.member(x.kind.layout, 0)
     if exponentials.is_motion(b) or not (b * b).grade(4).terms:
         return "exponentials.exp_bivector"
     return "invariant.exp_bivector" if invariant.decomposes(b) else ""
@@ -152,7 +153,7 @@ def _rotor_function(x: P, name: str, strict: bool) -> P:
     formula = x._type.memoize(name, lambda: _rotor_formula(x, name))
     try:
         usual = item_value(x.algebra, formula, (x,))
-        result: P = evaluate(x.algebra, formula, x).value if usual is None else usual
+        result: P = evaluate_batch(x.algebra, formula, x).value if usual is None else usual
     except GradeError as error:
         raise NotARotorError(str(error)) from None
     if not x.kind.constraints and not x._largest_coefficient() < MAX_SCALE[x.dtype]:
@@ -166,7 +167,7 @@ def _rotor_function(x: P, name: str, strict: bool) -> P:
 def _rotor_formula(x: Operators, name: str) -> str:
     from ...codegen.formulas.products import exponentials, invariant
 
-    member = kind_inference.member(x.kind.layout, 0)
+    member = result_kinds.member(x.kind.layout, 0)
     if not exponentials.is_motor(member) and invariant.decomposes(member, invertibly=True):
         return f"invariant.{name}_rotor"
     return f"exponentials.{name}_motor"

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.errors import NotInvertibleError
+from ...codegen.trace import result_kinds
 from ...common.parallel import interruptible
 from ...common.validation import as_bool, as_choice
-from ...dispatch import kind_inference
 from ...dispatch.coefficients import embed, normalize_exponents
-from ...dispatch.formulas import FormulaResult, evaluate, invalidate_nonfinite, propagate_invalid, raise_first
+from ...dispatch.formulas import FormulaResult, evaluate
+from ...dispatch.item_statuses import invalidate_nonfinite, propagate_invalid, raise_first
 from ...dispatch.product_tables import product_table
 from ...status import Status
 from .. import kind_constraints, linear_maps
@@ -264,7 +265,7 @@ def _unit_square(x: Operators) -> int:
     """+1 or -1 where x ~x is that for every member of the kind, else 0."""
     if not x.kind.constraints:
         return 0
-    member = kind_inference.member(x.kind, 0)
+    member = result_kinds.member(x.kind, 0)
     square = member * ~member
     return next((sign for sign in (1, -1) if not (square - sign).terms), 0)
 

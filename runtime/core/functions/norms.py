@@ -17,15 +17,8 @@ from ...codegen.errors import AlgebraMismatchError, GradeError, KindError
 from ...common.dtypes import F64
 from ...common.validation import as_bool, as_float
 from ...dispatch.coefficients import embed, normalize_exponents
-from ...dispatch.formulas import (
-    evaluate,
-    invalidate_nonfinite,
-    item_value,
-    merge_statuses,
-    propagate_invalid,
-    raise_first,
-    resolve_kernel,
-)
+from ...dispatch.formulas import evaluate, item_value, resolve_kernel
+from ...dispatch.item_statuses import invalidate_nonfinite, merge_statuses, propagate_invalid, raise_first
 from ...dispatch.multivector_data import check_multivector
 from ...dispatch.types import Type
 from ...status import Status
@@ -111,20 +104,33 @@ def _normalized_item(x: P) -> P | None:
     found = x._type.memoize("normalized", lambda: _item_scaling(x))
     if found is None:
         return None
-    formula, made, is_member = found
-    result: P | None = item_value(x.algebra, formula, (x,))
+    scale, made, is_member = found
+    result: P | None = _over_weight(x, *scale) if isinstance(scale, tuple) else item_value(x.algebra, scale, (x,))
     if result is None or (result._type is not made and not is_member(*result._data.tolist())):
         return None
     result._type = made
     return result
 
 
-def _item_scaling(x: Operators) -> tuple[str, Type, Callable[..., bool]] | None:
+def _item_scaling(x: Operators) -> tuple[str | tuple[NDArray[Any], ...], Type, Callable[..., bool]] | None:
+    """How single items are scaled: by a formula, or over the linear form that has these weights."""
     kind = next(iter(kind_constraints.candidate_kinds(x)), None)
-    if kind is None or x.dtype != F64 or kind.blades != x._type.blades or kind_constraints.linear_scale(kind):
+    if kind is None or x.dtype != F64 or kind.blades != x._type.blades:
         return None
-    formula = NEAREST if _is_repaired(x, kind) else NORMALISE
-    return formula, x.algebra.type_of(kind, F64), kind_constraints.clear_member(x.algebra, kind)
+    weights, scale = kind_constraints.linear_scale(kind), NEAREST if _is_repaired(x, kind) else NORMALISE
+    row = np.array(weights or (), F64)
+    made, is_member = x.algebra.type_of(kind, F64), kind_constraints.clear_member(x.algebra, kind)
+    return (row, np.abs(row)) if weights else scale, made, is_member
+
+
+def _over_weight(x: P, row: NDArray[Any], sizes: NDArray[Any]) -> P | None:
+    """A single item over its weight; None where that is not clearly more than noise, or anything is not finite."""
+    with np.errstate(all="ignore"):
+        weight = x._data @ row
+        if not abs(weight) > kind_constraints.tolerance(F64) * (np.abs(x._data) @ sizes):
+            return None
+        data = x._data / weight
+    return x._make(x._type, data, ()) if np.isfinite(data).all() else None
 
 
 def nearest(x: P, kind: str | Kind | None, tolerance: Any, noise: float = 0.0) -> P:

@@ -16,16 +16,8 @@ from numpy.typing import NDArray
 from ...codegen.algebra.algebra import Kind
 from ...codegen.errors import GradeError, InputError, KindError, ShapeError
 from ...common.validation import as_bool, real_array
-from ...dispatch.formulas import (
-    ArrayOperand,
-    evaluate,
-    evaluate_item,
-    invalidate,
-    invalidate_nonfinite,
-    item_value,
-    merge_statuses,
-    raise_first,
-)
+from ...dispatch.formulas import ArrayOperand, evaluate, evaluate_batch, item_plan, item_value
+from ...dispatch.item_statuses import invalidate, invalidate_nonfinite, merge_statuses, raise_first
 from ...dispatch.multivector_data import check_multivector, statuses
 from ...status import Status
 from ..multivector import Algebra, Multivector
@@ -69,26 +61,33 @@ class EuclideanAlgebra(Algebra):
         """
         x: Multivector | None = item_value(self, formula, operands)
         if x is None:
-            x = invalidate_nonfinite(evaluate(self, formula, *operands).value)
+            x = invalidate_nonfinite(evaluate_batch(self, formula, *operands).value)
         if strict is not False and as_bool(strict, "strict"):
             raise_first(x._status, formula.rpartition(".")[2])
         return x
 
     def read(self, kind: Callable[..., P], formula: str, x: Multivector, orientation: Any = None) -> P:
         """Named parameters from a formula's results."""
-        usual = evaluate_item(self, formula, (x,)) if x._status is None else None
+        usual = self._read_item(formula, x) if x._status is None and not x._lead else None
         if usual is not None:
-            fields = [v[0] if len(v) == 1 else v for v in map(plain, usual.values)]
-            own = ONE if orientation is None else fields.pop(orientation)
-            result = kind(*fields)
+            own = ONE if orientation is None else usual.pop(orientation)
+            result = kind(*usual)
             result.orientation = own  # type: ignore[assignment]
             result.status = Status.OK
             return result
-        outcome = evaluate(self, formula, x)
+        outcome = evaluate_batch(self, formula, x)
         fields = [v[..., 0] if v.shape[-1:] == (1,) else v for v in map(plain, outcome.values)]
         if orientation is not None:
             orientation = fields.pop(orientation)
         return self.named_tuple(kind, fields, x, outcome.status, orientation)
+
+    def _read_item(self, formula: str, x: Multivector) -> list[Any] | None:
+        """Rows and numbers of a single item; None where anything is not as usual."""
+        plan = x._type._cache.get(formula)
+        if plan is None:
+            plan = x._type._cache[formula] = item_plan(self, formula, (x,))[0]
+        rows: list[Any] | None = plan.rows((x._pointer or x._point(),))
+        return rows
 
     def named_tuple(
         self, kind: Callable[..., P], fields: Sequence[Any], x: Multivector, status: Any = None, orientation: Any = None
@@ -210,9 +209,11 @@ class EuclideanAlgebra(Algebra):
             If x is of no kind that has parameters.
         """
         check_multivector(x)
-        if x.algebra is not self:
+        if x._type.algebra is not self:
             raise InputError(f"x belongs to {x.algebra.name}; ask that algebra for its parameters.")
-        method = x._type.memoize("parameters", lambda: self._reader(x.kind))
+        method = x._type._cache.get("parameters")
+        if method is None:
+            method = x._type.memoize("parameters", lambda: self._reader(x.kind))
         if not method:
             x = self._normalize_to_kind(x)
             method = self.readers[x.kind.name]

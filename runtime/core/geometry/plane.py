@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dispatch.formulas import ArrayOperand, invalidate
+from ...dispatch.formulas import ArrayOperand
+from ...dispatch.item_statuses import invalidate
 from ...status import Status
 from ..multivector import Multivector
 from .euclidean import EuclideanAlgebra, is_origin

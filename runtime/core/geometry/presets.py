@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ...dispatch.formulas import ArrayOperand, merge_statuses
+from ...dispatch.formulas import ArrayOperand
+from ...dispatch.item_statuses import merge_statuses
 from ...status import Status
 from ..multivector import Multivector
 from .euclidean import EuclideanAlgebra, Rotor, plane_vector

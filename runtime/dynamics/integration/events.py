@@ -17,7 +17,7 @@ from ...common.validation import as_float, as_function, as_text, as_tuple, inval
 from ...core.multivector import Multivector
 from ...dispatch.formulas import evaluate
 from ...mechanics.twists import rotational_mask
-from . import driver
+from . import runs
 
 Array = NDArray[Any]
 #: Relative accuracy of the time of an event, of the interval between stored states.
@@ -90,7 +90,7 @@ def check_single(simulations: int, bodies: int) -> None:
         )
 
 
-def stop_at_first_event(run: driver.Run, events: Sequence[Event]) -> Event | None:
+def stop_at_first_event(run: runs.Run, events: Sequence[Event]) -> Event | None:
     """End a run at the first event, its state stored last, and return the event; None if there is none.
 
     Raises
@@ -119,11 +119,11 @@ def stop_at_first_event(run: driver.Run, events: Sequence[Event]) -> Event | Non
         (run.tangents, ending.tangents),
     ):
         stored[0, index] = computed[0, 1]
-    run.status[0], run.stored[0], run.reached[0] = driver.EVENT, index + 1, time
+    run.status[0], run.stored[0], run.reached[0] = runs.EVENT, index + 1, time
     return event
 
 
-def _value(run: driver.Run, event: Event, time: float, motors: Array, twists: Array) -> float:
+def _value(run: runs.Run, event: Event, time: float, motors: Array, twists: Array) -> float:
     """Value of an event's function at one state."""
     motor, twist = run.driver.assembly.to_user(0, motors[0].copy(), twists[0].copy())
     try:
@@ -133,7 +133,7 @@ def _value(run: driver.Run, event: Event, time: float, motors: Array, twists: Ar
     return as_float(value, f"{event.name} at time {time:.6g}")
 
 
-def _crossing(run: driver.Run, event: Event, count: int) -> tuple[float, int, Event] | None:
+def _crossing(run: runs.Run, event: Event, count: int) -> tuple[float, int, Event] | None:
     """Time, index of the next stored state and event of the first crossing."""
     before = _value(run, event, run.times[0], run.motors[0, 0], run.twists[0, 0])
     for i in range(1, count):
@@ -144,7 +144,7 @@ def _crossing(run: driver.Run, event: Event, count: int) -> tuple[float, int, Ev
     return None
 
 
-def _root(run: driver.Run, event: Event, i: int, before: float, after: float) -> float:
+def _root(run: runs.Run, event: Event, i: int, before: float, after: float) -> float:
     """Time of the zero between stored states i - 1 and i, by the Illinois rule."""
     low, high = float(run.times[i - 1]), float(run.times[i])
     values = [before, after]
@@ -168,12 +168,12 @@ def _root(run: driver.Run, event: Event, i: int, before: float, after: float) ->
     return high
 
 
-def _run_to(run: driver.Run, index: int, time: float) -> driver.Run:
+def _run_to(run: runs.Run, index: int, time: float) -> runs.Run:
     """New run from a stored state to a time; it stores two states."""
     begin = float(run.times[index])
     if not time - begin > LEAST_STEP * np.finfo(float).eps * max(abs(begin), abs(time)):
         return _stored_twice(run, index, time)
-    part = driver.Run(
+    part = runs.Run(
         run.driver, np.array([begin, time]), run.motors[0, index], run.twists[0, index],
         tangents=run.tangents[0, index] if run.driver.tangents else None,
     )  # fmt: skip
@@ -184,9 +184,9 @@ def _run_to(run: driver.Run, index: int, time: float) -> driver.Run:
     return part
 
 
-def _stored_twice(run: driver.Run, index: int, time: float) -> driver.Run:
+def _stored_twice(run: runs.Run, index: int, time: float) -> runs.Run:
     """A stored state at a time so near to its own that there is no step between."""
-    same = driver.Run.blank(run.driver, np.array([run.times[index], time]))
+    same = runs.Run.blank(run.driver, np.array([run.times[index], time]))
     for copied, stored in (
         (same.motors, run.motors), (same.twists, run.twists), (same.reactions, run.reactions),
         (same.violations, run.violations), (same.tangents, run.tangents),
@@ -195,7 +195,7 @@ def _stored_twice(run: driver.Run, index: int, time: float) -> driver.Run:
     return same
 
 
-def _add_event_tangents(run: driver.Run, ending: driver.Run, event: Event, index: int) -> None:
+def _add_event_tangents(run: runs.Run, ending: runs.Run, event: Event, index: int) -> None:
     """Tangents of the state at an event, whose time changes with the parameters: dx + x' dt, where dg + g' dt = 0."""
     time, motors, twists = float(ending.times[1]), ending.motors[0, 1], ending.twists[0, 1]
     rates = run.driver.evaluate(time, motors, twists)["accelerations"]
@@ -223,7 +223,7 @@ def _add_event_tangents(run: driver.Run, ending: driver.Run, event: Event, index
         ending.tangents[0, 1, q] += later * np.stack([twists, rates])
 
 
-def _way(run: driver.Run, twists: Array, interval: float, delta: Array, change: Array) -> float:
+def _way(run: runs.Run, twists: Array, interval: float, delta: Array, change: Array) -> float:
     """How far one may go along a tangent until a body of one simulation is turned by a radian, moved by its own size,
     or its rates change by what they are, or by such a motion in an interval; infinite: the tangent is none."""
     body, turns = run.driver.assembly.bodies[0], rotational_mask(run.driver.assembly.algebra)

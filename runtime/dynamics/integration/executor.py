@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...codegen.errors import InputError
 from ...common.executors import Task, fill_rows, ranges
 from ...common.progress import Report
-from . import driver as engine
+from . import runs
 from .initial_conditions import check_start
 from .problem import Problem
 from .time_grid import Settings
@@ -45,27 +45,27 @@ def run_part(state: tuple[Any, ...], begin: int, end: int) -> dict[str, Array]:
     """Run simulations begin to end - 1 of a batch."""
     task, found = state
     driver = task.problem.driver(found.assembly, found.method, slice(begin, end), found.directions)
-    run = engine.Run(driver, task.times, found.motors[begin:end], found.twists[begin:end], 1, task.project)
+    run = runs.Run(driver, task.times, found.motors[begin:end], found.twists[begin:end], 1, task.project)
     run.run_until(len(task.times))
     driver.raise_error()
     return {name: getattr(run, name) for name in RESULTS}
 
 
-def run_on_executor(run: engine.Run, task: SimulationTask, executor: Executor, report: Report) -> None:
+def run_on_executor(run: runs.Run, task: SimulationTask, executor: Executor, report: Report) -> None:
     """Fill a blank run with results from the workers of an executor; see `fill_run`."""
     fill_run(run, task, run_part, RESULTS, task.settings[0], executor, report)
     check_start(run, task.project)
 
 
 def fill_run(
-    run: engine.Run, task: Task, part: Callable[[Any, int, int], dict[str, Array]], results: Sequence[str],
+    run: runs.Run, task: Task, part: Callable[[Any, int, int], dict[str, Array]], results: Sequence[str],
     duration: float, executor: Executor, report: Report,
 ) -> None:  # fmt: skip
     """Fill a blank run with results from the workers of an executor.
 
     Parameters
     ----------
-    run : driver.Run
+    run : runs.Run
     task : Task
     part : callable
         Runs a part of the simulations, as `run_part`.
@@ -85,7 +85,7 @@ def fill_run(
     if run.driver.assembly.callbacks.functions:
         raise InputError("functions of time or state stay in this process; run without an executor.")
     pieces = {part: part for part in ranges(executor, run.driver.size)}
-    run.status[:] = engine.STOPPED
+    run.status[:] = runs.STOPPED
 
     def done(begin: int, end: int, count: int) -> None:
         report(duration * count / run.driver.size)

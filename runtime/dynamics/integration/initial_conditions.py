@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...codegen.errors import ConstraintError
 from ..assembly.data import Assembly, DriverConstraint
-from . import driver
+from . import runs
 
 Array = NDArray[np.float64]
 #: Relative error of the constraints at the start that counts as rounding of the user's numbers.
@@ -19,7 +19,7 @@ RATE_FACTOR = 10.0
 _REMEDY = "Give project=True, and the start is moved to the nearest one that obeys the constraints"
 
 
-def check_start(run: driver.Run, projected: bool) -> None:
+def check_start(run: runs.Run, projected: bool) -> None:
     """Raise `ConstraintError` if a simulation does not start on its constraints, with the worst one and its error."""
     assembly = run.driver.assembly
     if not assembly.driver_constraints or run.status.any():
@@ -44,7 +44,7 @@ def check_start(run: driver.Run, projected: bool) -> None:
         )
 
 
-def contradiction(run: driver.Run, item: int) -> str:
+def contradiction(run: runs.Run, item: int) -> str:
     """Message of a simulation that ended off its constraints: the constraint and its error."""
     error, row = run.off[item]
     assembly = run.driver.assembly

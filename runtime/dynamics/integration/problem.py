@@ -17,7 +17,7 @@ from ..model.constraints import Constraint
 from ..model.loads import Load
 from ..sensitivity.directions import directions_of
 from ..sensitivity.parameters import Directions
-from . import driver, integrators
+from . import driver, integrators, runs
 from .initial_conditions import check_pinned_twist, check_start
 from .time_grid import Settings
 
@@ -127,7 +127,7 @@ class Problem:
         whole = self._assemble(duration, null_space=False)
         method = integrators.Method("rk4", 1.0, integrators.RTOL, 0.0)
         _, directions = directions_of(whole, self.loads, sensitivities, duration)
-        run = driver.Run(
+        run = runs.Run(
             self.driver(whole, method, directions=directions), np.zeros(1), *start_of(whole), project=True
         )
         check_start(run, True)

@@ -16,7 +16,7 @@ from . import integrators
 
 if TYPE_CHECKING:
     from ..trees.driver import TreeDriver
-    from . import driver as engine
+    from .driver import Driver
 
 Array = NDArray[Any]
 #: Largest relative error that can be asked for: error estimates are of leading order.
@@ -72,13 +72,16 @@ def stored_times(settings: Settings, times: Any, bodies: int) -> Array:
             "Say which to store, with times=[..], or take a longer step",
         )
         return np.concatenate([np.arange(int(np.ceil(count))) * step, [duration]])
+    if type(times) is list and 0 < len(times) <= _FEW and all(type(t) is float for t in times):
+        few = times  # at a third of what arrays take
+    else:
+        times = finite_array(times, "times", ("n",))
+        if not len(times):
+            raise InputError("times are empty; one or more are needed.", remedy="Leave times out to store every step")
+        few = times.tolist() if len(times) <= _FEW else []
+    if few and few[0] >= 0 and few[-1] <= duration * (1 + 1e-12) and all(a < b for a, b in pairwise(few)):
+        return np.array(few if few[0] == 0 else [0.0, *few])
     times = finite_array(times, "times", ("n",))
-    if not len(times):
-        raise InputError("times are empty; one or more are needed.", remedy="Leave times out to store every step")
-    if len(times) <= _FEW:  # at a third of what arrays take
-        few = times.tolist()
-        if few[0] >= 0 and few[-1] <= duration * (1 + 1e-12) and all(a < b for a, b in pairwise(few)):
-            return times if few[0] == 0 else np.array([0.0, *few])
     before = np.concatenate([[0.0], times[:-1]])
     bad = (times < before) | (times > duration * (1 + 1e-12))
     bad[1:] |= times[1:] == times[:-1]
@@ -89,7 +92,7 @@ def stored_times(settings: Settings, times: Any, bodies: int) -> Array:
     return times if times[0] == 0 else np.concatenate([[0.0], times])
 
 
-def check_room(driver: engine.Driver | TreeDriver, stores: int, threads: int | None) -> None:
+def check_room(driver: Driver | TreeDriver, stores: int, threads: int | None) -> None:
     """Raise `InputError` if the states of a batch, or what computing them takes, do not fit into memory."""
     numbers = STATE + TANGENT * driver.tangents
     _check_room(

@@ -12,7 +12,7 @@ from ...codegen.errors import InputError, suggest
 from ...core.multivector import Multivector
 from ...dispatch.formulas import ArrayOperand, evaluate
 from ...mechanics.rigid_body import RigidBody
-from ..integration import driver
+from ..integration import runs
 
 Array = NDArray[Any]
 
@@ -24,16 +24,16 @@ class TrajectoryStates:
 
     Parameters
     ----------
-    run : driver.Run
+    run : runs.Run
     body : int
         Index of the body.
     """
 
-    def __init__(self, run: driver.Run, body: int = 0) -> None:
+    def __init__(self, run: runs.Run, body: int = 0) -> None:
         self._run, self._assembly = run, run.driver.assembly
         self._body = body
-        least = int(run.stored.min())
-        self._stored = slice(0, least) if self._single else slice(0, int(run.stored.max()))
+        stored = run.stored
+        self._stored = slice(0, stored.item(0) if self._single else int(stored.max()))
         self.time: Array = run.times[self._stored].copy()
 
     @property

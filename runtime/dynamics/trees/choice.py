@@ -73,6 +73,20 @@ class TreeChoice:
             raise self._error(self._problem)
         return self._problem
 
+    def problem_of(self, needs_poses: Sequence[str]) -> TreeProblem | None:
+        """The motion in coordinates of joints, if a run is one; ``needs_poses`` names what cannot do without poses.
+
+        Raises
+        ------
+        InputError
+            If it is to be in coordinates of joints, and needs poses.
+        """
+        if needs_poses and self._insists:
+            raise self._error(f"{', '.join(needs_poses)}: these need poses of bodies")
+        is_auto = self._coordinates == "auto" and self._given[2] == "auto" and not needs_poses
+        problem = self.problem() if self._insists or is_auto else ""
+        return None if isinstance(problem, str) else problem
+
     def run(
         self, settings: Settings, stores: Array, threads: int | None, needs_poses: Sequence[str], is_blank: bool
     ) -> TreeRun | None:
@@ -83,11 +97,8 @@ class TreeChoice:
         InputError
             If it is to be in coordinates of joints, and needs poses; or if its states do not fit into memory.
         """
-        if needs_poses and self._insists:
-            raise self._error(f"{', '.join(needs_poses)}: these need poses of bodies")
-        is_auto = self._coordinates == "auto" and self._given[2] == "auto" and not needs_poses
-        problem = self.problem() if self._insists or is_auto else ""
-        if isinstance(problem, str):
+        problem = self.problem_of(needs_poses)
+        if problem is None:
             return None
         driver = self._drivers.get(settings) or problem.driver(settings)
         for old in [each for each in self._drivers if each != settings][: 1 - CACHE_SIZE]:  # other threads may run it

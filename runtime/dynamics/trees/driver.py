@@ -13,9 +13,10 @@ from ...codegen.algorithms.trees.stage_systems import numbers_of_stages
 from ...codegen.programs.chains import identity_rotor
 from ...common.memory import filled
 from ..assembly.data import Assembly
-from ..integration.driver import STEPS, Run
+from ..integration.driver import STEPS
 from ..integration.integrators import Method
 from ..integration.program import tree_loops
+from ..integration.runs import Run
 from .parameters import TreeParameters
 from .spanning_tree import SpanningTree
 
@@ -88,7 +89,7 @@ class TreeDriver:
 
 
 class TreeRun(Run):
-    """States of trees at times, computed step by step: see `integration.driver.Run`.
+    """States of trees at times, computed step by step: see `integration.runs.Run`.
 
     Attributes
     ----------

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...codegen.errors import InputError, SimulationError
 from ...common.validation import as_float, as_instance, broadcast_to, finite_array, real_array
 from ...mechanics.system import System
-from ..integration.driver import NOT_FINITE
+from ..integration.runs import NOT_FINITE
 from .balls import BallStates
 from .problem import TreeProblem
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dispatch.formulas import Explanation, raise_first
+from ...dispatch.item_statuses import Explanation, raise_first
 from ...status import Status
 from . import solutions
 from .geometry import DeltaGeometry

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...common.progress import ProgressOption
 from ...common.validation import as_bool, as_choice, real_array
 from ...core.multivector import Multivector
-from ...dispatch.formulas import array_result
+from ...dispatch.item_statuses import array_result
 from ...dispatch.multivector_data import Statuses
 from ...mechanics.system import System
 from . import geometry, solutions

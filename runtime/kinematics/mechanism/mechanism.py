@@ -16,7 +16,8 @@ from ...common.deprecation import renamed_attribute, renamed_keywords
 from ...common.progress import ProgressOption
 from ...common.validation import as_instance, check_shape, short_repr
 from ...core.multivector import Multivector
-from ...dispatch.formulas import ArrayOperand, evaluate, raise_first
+from ...dispatch.formulas import ArrayOperand, evaluate
+from ...dispatch.item_statuses import raise_first
 from ...dispatch.multivector_data import Statuses
 from ...mechanics.arguments import multivector_of
 from ...mechanics.joints.displaced import DisplacedJoint

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from ...codegen.errors import ShapeError
 from ...common.validation import as_bool
 from ...core.multivector import Multivector
-from ...dispatch.formulas import evaluate, invalidate_nonfinite, raise_first
+from ...dispatch.formulas import evaluate
+from ...dispatch.item_statuses import invalidate_nonfinite, raise_first
 from ..trees.poses import PoseDriver, PoseParameters
 from .coordinates import Coordinates, read_coordinates
 from .description import BY_MOTOR, MOVING, RobotJoint, joints_from_root

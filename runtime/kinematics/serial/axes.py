@@ -14,7 +14,8 @@ from ...core.geometry.euclidean import plain
 from ...core.multivector import Multivector
 from ...dispatch.coefficients import embed
 from ...dispatch.formulas import ArrayOperand as Operand
-from ...dispatch.formulas import evaluate, invalidate_nonfinite, raise_first
+from ...dispatch.formulas import evaluate
+from ...dispatch.item_statuses import invalidate_nonfinite, raise_first
 from ...mechanics.arguments import frozen_copy
 from ...mechanics.screws import as_screw, geometry
 from .driver import ChainParameters

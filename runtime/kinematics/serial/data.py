@@ -28,8 +28,8 @@ from ...common.validation import (
 )
 from ...core.multivector import Multivector
 from ...dispatch.algorithm_loops import TARGETS
-from ...dispatch.formulas import array_result, invalidate_nonfinite, raise_first
 from ...dispatch.item_plans import is_plain
+from ...dispatch.item_statuses import array_result, invalidate_nonfinite, raise_first
 from ...dispatch.multivector_data import Statuses
 from ...dispatch.types import Type
 from ..trees.driver import TreeDriver, TreeParameters

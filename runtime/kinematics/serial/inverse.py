@@ -16,7 +16,8 @@ from ...common.executors import Task, fill_parts
 from ...common.progress import ProgressOption, open_progress
 from ...common.validation import as_bool, as_int, broadcast_shapes, positive_float
 from ...core.multivector import Multivector
-from ...dispatch.formulas import evaluate, raise_first
+from ...dispatch.formulas import evaluate
+from ...dispatch.item_statuses import raise_first
 from ...dispatch.multivector_data import Statuses
 from ...status import Status
 from .data import SerialChainData

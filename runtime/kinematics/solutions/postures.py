@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...codegen.errors import InputError
 from ...common.validation import as_bool, as_choice, positive_float
 from ...core.multivector import Multivector
-from ...dispatch.formulas import raise_first
+from ...dispatch.item_statuses import raise_first
 from ...dispatch.multivector_data import Statuses, statuses
 from ...status import Status
 from ..serial.inverse import inverse

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...common.validation import broadcast_shapes, finite_array, real_array
-from ...dispatch.formulas import array_result
+from ...dispatch.item_statuses import array_result
 from ...dispatch.multivector_data import Statuses
 from ...status import Status
 from .bound import BoundDynamics

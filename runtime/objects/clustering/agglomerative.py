@@ -19,7 +19,8 @@ from ...common.deprecation import renamed_attribute
 from ...common.progress import ProgressOption, open_progress
 from ...common.validation import as_bool, as_choice, as_float, broadcast_to, finite_array, positive_array
 from ...core.multivector import Multivector
-from ...dispatch.formulas import evaluate, raise_first
+from ...dispatch.formulas import evaluate
+from ...dispatch.item_statuses import raise_first
 from ..arguments import as_objects, concatenate_objects
 from ..rotors.local_origin import Frame
 from .agglomerative_driver import TARGETS, Greedy

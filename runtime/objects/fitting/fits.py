@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from ...common.validation import as_bool
 from ...core.multivector import Multivector
-from ...dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, raise_first
+from ...dispatch.formulas import ArrayOperand, evaluate
+from ...dispatch.item_statuses import invalidate_nonfinite, raise_first
 from ...status import Status
 from .algebraic import Sets, algebraic_sphere, as_sets, vectors
 from .geometric import CircleModel, SphereModel, refine

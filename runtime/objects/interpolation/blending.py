@@ -15,14 +15,8 @@ from ...common.deprecation import renamed_keywords
 from ...common.validation import as_bool, as_choice, broadcast_shapes, real_array
 from ...core.multivector import Multivector
 from ...dispatch.coefficients import embed, normalize_exponents
-from ...dispatch.formulas import (
-    ArrayOperand,
-    FormulaResult,
-    evaluate,
-    invalidate_nonfinite,
-    merge_statuses,
-    raise_first,
-)
+from ...dispatch.formulas import ArrayOperand, FormulaResult, evaluate
+from ...dispatch.item_statuses import invalidate_nonfinite, merge_statuses, raise_first
 from ...status import Status
 from ..arguments import as_objects, pair
 from ..rotors import local_origin

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ...codegen.errors import GradeError, ShapeError
 from ...common.validation import as_axis, finite_array
 from ...core.multivector import Multivector
-from ...dispatch.formulas import array_result, evaluate
+from ...dispatch.formulas import evaluate
+from ...dispatch.item_statuses import array_result
 from ...dispatch.multivector_data import Statuses
 from ...status import Status
 from ..arguments import as_objects

@@ -12,7 +12,8 @@ from ...codegen.errors import InputError, ShapeError
 from ...common.validation import as_axis, check_items, real_array
 from ...core.multivector import Multivector
 from ...dispatch.coefficients import embed
-from ...dispatch.formulas import FormulaResult, evaluate, invalidate_nonfinite, merge_statuses
+from ...dispatch.formulas import FormulaResult, evaluate
+from ...dispatch.item_statuses import invalidate_nonfinite, merge_statuses
 from ...status import Status
 from ..arguments import same_sort
 from ..rotors import local_origin

@@ -16,7 +16,8 @@ from ...common.deprecation import renamed_keywords
 from ...common.validation import as_bool
 from ...core.multivector import Multivector
 from ...dispatch.coefficients import embed
-from ...dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, merge_statuses, raise_first
+from ...dispatch.formulas import ArrayOperand, evaluate
+from ...dispatch.item_statuses import invalidate_nonfinite, merge_statuses, raise_first
 from ...status import Status
 from ..arguments import OBJECTS, pair
 from ..masked_items import at, codes, masked_indices, merge_items, select
@@ -171,6 +172,8 @@ def trs_rotor(X: Any, Y: Any, strict: bool = False) -> Multivector:
 
 def _with_operand_statuses(r: Multivector, a: Multivector, b: Multivector, name: str, strict: bool) -> Multivector:
     """Statuses of the operands first."""
+    if a._status is None and b._status is None and strict is False:
+        return r
     known = [np.broadcast_to(x._status, r.shape) for x in (a, b) if x._status is not None and x._status.any()]
     result = r._make(r._type, r._data, r.shape, merge_statuses(*known, r._status))
     if as_bool(strict, "strict"):
@@ -192,9 +195,10 @@ def _direct(a: Multivector, b: Multivector) -> tuple[Multivector, NDArray[Any], 
 def _rotors(a: Multivector, b: Multivector) -> Multivector:
     """The direct rotors, and in their place better ones where they lose digits."""
     r, margin, written = _direct(a, b)
-    poor = ~np.asarray((margin > REFINED_BELOW) & (written < FAR))  # a singular margin is small too
-    if not poor.any():
+    good = (margin > REFINED_BELOW) & (written < FAR)  # a singular margin is small too
+    if good.all():
         return r
+    poor = ~np.asarray(good)
     # the others are finite: NaN is below no bound
     found = invalidate_nonfinite(_in_local_frame(_compose_correction, at(a, poor), at(b, poor)))
     status, where = codes(r), masked_indices(poor)

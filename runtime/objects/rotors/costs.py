@@ -13,7 +13,8 @@ from ...common.deprecation import renamed_keywords
 from ...common.dtypes import common_precision
 from ...common.validation import as_bool, as_choice
 from ...core.multivector import Multivector
-from ...dispatch.formulas import array_result, evaluate
+from ...dispatch.formulas import evaluate
+from ...dispatch.item_statuses import array_result
 from ...dispatch.multivector_data import Statuses
 from ...status import Status
 from ..arguments import as_objects, same_sort

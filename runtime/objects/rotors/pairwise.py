@@ -15,12 +15,12 @@ from ...codegen.algebra.algebra import Kind
 from ...codegen.execute.arrays import Binding, Splitter
 from ...codegen.execute.pairs import all_pairs
 from ...codegen.execute.pairs import nearest as nearest_rows
+from ...codegen.trace.result_kinds import belongs
 from ...common import parallel
 from ...common.dtypes import common_precision
 from ...core.multivector import Multivector
 from ...dispatch.coefficients import embed
 from ...dispatch.formulas import TieredKernel, resolve_kernel
-from ...dispatch.kind_inference import is_subkind
 
 #: Pairs between two looks at an interrupt: some 100 ms.
 MOST_PAIRS = 1 << 22
@@ -73,7 +73,7 @@ def over_rows(m: int, threads: int | None = None) -> Splitter:
 def _bound(formula: str, x: Multivector, y: Multivector) -> tuple[Binding, NDArray[Any], NDArray[Any]]:
     """Kernel of the formula, and its rows of operands."""
     wide = max(x.kind, y.kind, key=lambda kind: kind.size)  # lines and circles: all are of the kind of circles
-    both = (wide, wide) if is_subkind(x.kind, wide) and is_subkind(y.kind, wide) else (x.kind, y.kind)
+    both = (wide, wide) if belongs(x.kind, wide) and belongs(y.kind, wide) else (x.kind, y.kind)
     found = resolve_kernel(x.algebra, formula, both)
     dtype = common_precision(x._data, y._data)
     a, b = (

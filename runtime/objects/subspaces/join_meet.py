@@ -18,7 +18,7 @@ from ...common.deprecation import renamed_keywords
 from ...common.validation import as_bool
 from ...core.multivector import Algebra, Multivector
 from ...dispatch.coefficients import broadcast, embed
-from ...dispatch.formulas import raise_first
+from ...dispatch.item_statuses import raise_first
 from ...status import Status
 from .spanning_vectors import items_of, on_grades, only_grade, outer_of, relative_limit, scale_lengths, shifts, span
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.build.extension import load
+from ...codegen.build.installed import bundled_folder, installed_program
 from ...codegen.build.toolchain import REMEDY_OF_PROGRAMS, compiler, missing_compiler, required_compiler
 from ...codegen.execute.in_place import Entry, InPlace, Kept, read_entries
 from ...codegen.execute.items import STORED, CLoop, CompiledLoop, Loop
@@ -20,7 +21,6 @@ from ...codegen.programs.registration.program import reform_numba, reform_texts
 from ...codegen.programs.registration.registration import KINDS, set_name
 from ...codegen.programs.stock import ENTRIES
 from ...common import parallel
-from ...dispatch.installed import bundled_folder, installed_program
 
 Array = NDArray[Any]
 _log = logging.getLogger("bladesmith")

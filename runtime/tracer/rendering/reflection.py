@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from ...common.validation import as_bool, as_instance
 from ...core.geometry.euclidean import plain
-from ...dispatch.formulas import ArrayOperand, evaluate, invalidate, raise_first
+from ...dispatch.formulas import ArrayOperand, evaluate
+from ...dispatch.item_statuses import invalidate, raise_first
 from ...errors import SceneError, ShapeError
 from ...objects.arguments import as_objects
 from ...plot.tessellation import across

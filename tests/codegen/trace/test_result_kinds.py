@@ -15,7 +15,7 @@ from bladesmith.codegen.algebra.algebra import Kind
 from bladesmith.codegen.generator import generate
 from bladesmith.common.dtypes import F64
 from bladesmith.core.registry import load_algebra
-from bladesmith.dispatch import kind_inference, plans
+from bladesmith.dispatch import plans
 from bladesmith.dispatch.specialization import operation_formula
 
 STOCK = ["cga3d", "cga2d", "pga3d"]
@@ -71,7 +71,7 @@ def wrong(algebra: Any, pairs: Any) -> list[Any]:
     """Products whose type is not that of the proof."""
     found = []
     for operation, a, b in pairs:
-        proved = kind_inference.result_kind(algebra, operation_formula(operation), (a.kind, b.kind))
+        proved = algebra.result_kind(operation_formula(operation), (a.kind, b.kind))
         with np.errstate(all="ignore"):
             result = plans.plan(operation, ones(a), ones(b))(ones(a), ones(b))
         if result._type is not algebra.type_of(proved, F64):

@@ -11,6 +11,7 @@ from pathlib import Path
 from bladesmith.codegen.algebra.loader import STOCK
 from bladesmith.codegen.build.extension import generated_extension, generated_unit
 from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
+from bladesmith.codegen.build.installed import bundled_folder, headers
 from bladesmith.codegen.build.toolchain import compiler
 from bladesmith.codegen.programs import chains, mechanisms
 from bladesmith.codegen.programs.mechanisms import program as mechanism_program
@@ -18,7 +19,6 @@ from bladesmith.codegen.programs.tracer.scene import EVERYTHING, needs, scene_pr
 from bladesmith.codegen.targets.c.extension import extension_source
 from bladesmith.codegen.targets.c.instances import BY_TAG, PORTABLE, SCALAR
 from bladesmith.codegen.targets.c.source import ExtensionSource, Unit
-from bladesmith.dispatch.installed import bundled_folder, headers
 
 from ..specimens import VARIANTS
 

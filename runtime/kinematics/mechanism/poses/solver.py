@@ -16,7 +16,7 @@ from ....common.executors import Task, fill_parts
 from ....common.progress import ProgressOption, open_progress
 from ....common.validation import as_bool, as_instance, broadcast_shapes, check_shape, real_array
 from ....core.multivector import Multivector
-from ....dispatch.formulas import raise_first
+from ....dispatch.item_statuses import raise_first
 from ....status import Status
 from ..arguments import check_coordinates, point_coordinates, position_of
 from ..driver import DONE, LATE, NOT_FINITE, STUCK, Driver, driver_of

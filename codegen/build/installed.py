@@ -8,9 +8,9 @@ from importlib import import_module, resources
 from pathlib import Path
 from typing import Any
 
-from ..codegen.build.flags import compiled_files, source_hash
+from .flags import compiled_files, source_hash
 
-_PACKAGE = __package__.partition(".")[0]
+_PACKAGE = __package__.partition(".codegen")[0]
 _log = logging.getLogger("bladesmith")
 
 
