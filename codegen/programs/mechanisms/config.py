@@ -11,6 +11,8 @@ class Link:
 
     Parameters
     ----------
+    body : int
+        Its place among the motors of an item.
     parent : int
         -1: the fixed body.
     free : int
@@ -19,15 +21,19 @@ class Link:
         What the joint forbids; 0 for a link with 6 coordinates.
     layouts : tuple of str
         Of the objects that it shares.
-    driven : bool
-        Whether its coordinates are given.
+    driven : tuple of bool
+        Of each coordinate that is given, whether it is the same after a whole turn.
+    measured : bool
+        Whether those given are coordinates; else they are displacements.
     """
 
+    body: int
     parent: int
     free: int
     rows: int
     layouts: tuple[str, ...]
-    driven: bool = False
+    driven: tuple[bool, ...] = ()
+    measured: bool = False
 
 
 @dataclass(frozen=True)

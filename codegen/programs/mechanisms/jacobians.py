@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from ...algorithms.weighted_rows import WeightedRows
 from ...ir.loops.algorithm import Algorithm as algorithm
 from ...ir.loops.language import InOut, Int, Ints, Matrix, Out, Real, Reals, Rows, Vector, empty
-from .records import Cut, Elimination, Link, Loop, Output, PathStep, Shared, Sizes, Target, Tolerances
+from .records import Cut, Driven, Elimination, Link, Loop, Output, PathStep, Shared, Sizes, Target, Tolerances
 from .rows import MechanismRows, fill_matrix
 
 #: An element of a row that is more than its rounding.
@@ -32,7 +32,7 @@ class JacobianAlgorithms(NamedTuple):
 
 
 @algorithm
-def fill_table(matrix: Matrix, driven: Ints, sizes: Sizes, numbers: Reals, table: Out[Reals]) -> None:
+def fill_table(matrix: Matrix, driven: Rows[Driven], sizes: Sizes, numbers: Reals, table: Out[Reals]) -> None:
     """Rows on unknown speeds, and behind them what each input gives the rows: driven joints, then speeds of targets."""
     n = sizes.columns
     width = n + len(driven) + sizes.speeds
@@ -40,8 +40,8 @@ def fill_table(matrix: Matrix, driven: Ints, sizes: Sizes, numbers: Reals, table
         for j in range(n):
             table[width * i + j] = matrix[i, j]
         for k in range(len(driven)):
-            table[width * i + n + k] = -matrix[i, driven[k]]
-            table[width * i + driven[k]] = 0.0
+            table[width * i + n + k] = -matrix[i, driven[k].column]
+            table[width * i + driven[k].column] = 0.0
         for k in range(sizes.speeds):
             given = 0.0
             if i >= sizes.cuts:
@@ -167,10 +167,10 @@ def largest_output(
 
 
 @algorithm
-def checked(status: Int, x: Reals, first: Int, count: Int) -> Int:
+def checked(status: Int, x: Reals) -> Int:
     """The status of a Jacobian, unless some of its numbers are not finite."""
     finite = True
-    for i in range(first, first + count):
+    for i in range(len(x)):
         finite = finite and abs(x[i]) < HUGE
     return status if finite else NOT_FINITE
 
@@ -192,7 +192,7 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
     @algorithm
     def fill_rows(
         links: Rows[Link], shared: Rows[Shared], cuts: Rows[Cut], targets: Rows[Target], loops: Rows[Loop],
-        path: Rows[PathStep], driven: Ints, sizes: Sizes, numbers: Reals, relative: Rows[8],
+        path: Rows[PathStep], driven: Rows[Driven], sizes: Sizes, numbers: Reals, relative: Rows[8],
         motors: InOut[Rows[8]], carry: InOut[Rows[36]], free: InOut[Rows[6]], rows: InOut[Rows[6]],
         errors: InOut[Reals], off: InOut[Reals], table: Out[Reals], s: InOut[Numbers],
     ) -> Real:  # fmt: skip
@@ -209,8 +209,8 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
 
     @algorithm
     def solve_rest(
-        outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], driven: Ints, kept: Ints,
-        sizes: Sizes, open_: Real, table: Reals, used: Ints, pivot: Ints, first: Int, jacobian: Out[Reals],
+        outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], driven: Rows[Driven], kept: Ints,
+        sizes: Sizes, open_: Real, table: Reals, used: Ints, pivot: Ints, jacobian: Out[Reals],
     ) -> Int:  # fmt: skip
         """Columns of the Jacobian from the eliminated rows: the status."""
         speeds = empty(room)
@@ -237,8 +237,8 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
                 if pivot[j] >= 0:
                     speeds[j] = table[width * pivot[j] + columns + k] / table[width * pivot[j] + j]
             for n in range(len(driven)):
-                speeds[driven[n]] = 1.0 if n == k else 0.0
-            write_outputs(outputs, path, links, free, speeds, inputs, first + k, jacobian)
+                speeds[driven[n].column] = 1.0 if n == k else 0.0
+            write_outputs(outputs, path, links, free, speeds, inputs, k, jacobian)
         for k in range(len(kept)):  # what no row defines may move, and what hangs on it
             column = kept[k]
             if pivot[column] >= 0:
@@ -256,41 +256,37 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
     @algorithm
     def elimination(
         links: Rows[Link], shared: Rows[Shared], cuts: Rows[Cut], targets: Rows[Target], loops: Rows[Loop],
-        path: Rows[PathStep], driven: Ints, sizes: Sizes, numbers: Reals, tolerances: Tolerances,
+        path: Rows[PathStep], driven: Rows[Driven], sizes: Sizes, numbers: Reals, tolerances: Tolerances,
         outputs: Rows[Output], plan: Rows[Elimination], entries: Ints, kept: Ints,
-        poses: Rows[8], jacobian: Out[Reals], residuals: Out[Reals], statuses: Out[Ints],
+        given: Rows[8], jacobian: Out[Reals], residuals: Out[Reals], statuses: Out[Ints],
         relative: InOut[Rows[8]], motors: InOut[Rows[8]], carry: InOut[Rows[36]], free: InOut[Rows[6]],
         rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], table: InOut[Reals], used: InOut[Ints],
         pivot: InOut[Ints], s: InOut[Numbers],
     ) -> None:  # fmt: skip
-        """Jacobians at poses, links as parents see them: status, and the largest error of what joints share."""
+        """The Jacobian at motors of bodies, its status, and the largest error of what joints share."""
         width = sizes.columns + len(driven) + sizes.speeds
-        count = (width - sizes.columns) * sizes.outputs
         least = tolerances.redundant
-        for item in range(len(residuals)):
-            for b in range(len(links)):
-                relative[b][:] = poses[len(links) * item + b]
-            residuals[item] = fill_rows(
-                links, shared, cuts, targets, loops, path, driven, sizes, numbers, relative, motors, carry, free, rows,
-                errors, off, table, s,
-            )  # fmt: skip
-            for i in range(sizes.rows):
-                used[i] = 0
-            for j in range(sizes.columns):
-                pivot[j] = -1
-            for n in range(len(plan)):
-                eliminate(plan[n], entries, sizes.columns, width, least, table, used, pivot)
-            reduce_rest(kept, sizes.rows, width, least, table, used, pivot)
-            status = solve_rest(
-                outputs, path, links, free, driven, kept, sizes, tolerances.open, table, used, pivot, count * item,
-                jacobian,
-            )  # fmt: skip
-            statuses[item] = checked(status, jacobian, count * item, count)
+        r.set_links(links, given, relative)
+        residuals[0] = fill_rows(
+            links, shared, cuts, targets, loops, path, driven, sizes, numbers, relative, motors, carry, free, rows,
+            errors, off, table, s,
+        )  # fmt: skip
+        for i in range(sizes.rows):
+            used[i] = 0
+        for j in range(sizes.columns):
+            pivot[j] = -1
+        for n in range(len(plan)):
+            eliminate(plan[n], entries, sizes.columns, width, least, table, used, pivot)
+        reduce_rest(kept, sizes.rows, width, least, table, used, pivot)
+        status = solve_rest(
+            outputs, path, links, free, driven, kept, sizes, tolerances.open, table, used, pivot, jacobian
+        )
+        statuses[0] = checked(status, jacobian)
 
     @algorithm
     def solve_directions(
-        outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], driven: Ints, sizes: Sizes,
-        tolerances: Tolerances, table: Reals, first: Int, jacobian: Out[Reals], s: InOut[Numbers],
+        outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], driven: Rows[Driven],
+        sizes: Sizes, tolerances: Tolerances, table: Reals, jacobian: Out[Reals], s: InOut[Numbers],
         indices: InOut[Indices],
     ) -> Int:  # fmt: skip
         """Columns of the Jacobian by orthogonal directions of all rows: the status."""
@@ -305,7 +301,7 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
         for j in range(columns):
             weights[j] = 1.0
         for n in range(len(driven)):
-            weights[driven[n]] = 0.0
+            weights[driven[n].column] = 0.0
         for i in range(sizes.rows):
             s.sizes[i] = 0.0
             s.noise[i] = 0.0
@@ -325,8 +321,8 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
             if most > tolerances.open:
                 status = NOT_ALLOWED
             for n in range(len(driven)):
-                speeds[driven[n]] = 1.0 if n == k else 0.0
-            write_outputs(outputs, path, links, free, speeds, inputs, first + k, jacobian)
+                speeds[driven[n].column] = 1.0 if n == k else 0.0
+            write_outputs(outputs, path, links, free, speeds, inputs, k, jacobian)
         for c in range(columns):  # unit speeds, less what rows see of them
             if weights[c] == 0.0:
                 continue
@@ -346,25 +342,20 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
     @algorithm
     def general(
         links: Rows[Link], shared: Rows[Shared], cuts: Rows[Cut], targets: Rows[Target], loops: Rows[Loop],
-        path: Rows[PathStep], driven: Ints, sizes: Sizes, numbers: Reals, tolerances: Tolerances,
+        path: Rows[PathStep], driven: Rows[Driven], sizes: Sizes, numbers: Reals, tolerances: Tolerances,
         outputs: Rows[Output],
-        poses: Rows[8], jacobian: Out[Reals], residuals: Out[Reals], statuses: Out[Ints],
+        given: Rows[8], jacobian: Out[Reals], residuals: Out[Reals], statuses: Out[Ints],
         relative: InOut[Rows[8]], motors: InOut[Rows[8]], carry: InOut[Rows[36]], free: InOut[Rows[6]],
         rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], table: InOut[Reals], s: InOut[Numbers],
         indices: InOut[Indices],
     ) -> None:  # fmt: skip
         """As `elimination`, all unknown speeds at once: the least ones."""
-        count = (len(driven) + sizes.speeds) * sizes.outputs
-        for item in range(len(residuals)):
-            for b in range(len(links)):
-                relative[b][:] = poses[len(links) * item + b]
-            residuals[item] = fill_rows(
-                links, shared, cuts, targets, loops, path, driven, sizes, numbers, relative, motors, carry, free, rows,
-                errors, off, table, s,
-            )  # fmt: skip
-            status = solve_directions(
-                outputs, path, links, free, driven, sizes, tolerances, table, count * item, jacobian, s, indices
-            )
-            statuses[item] = checked(status, jacobian, count * item, count)
+        r.set_links(links, given, relative)
+        residuals[0] = fill_rows(
+            links, shared, cuts, targets, loops, path, driven, sizes, numbers, relative, motors, carry, free, rows,
+            errors, off, table, s,
+        )  # fmt: skip
+        status = solve_directions(outputs, path, links, free, driven, sizes, tolerances, table, jacobian, s, indices)
+        statuses[0] = checked(status, jacobian)
 
     return JacobianAlgorithms(elimination, general)

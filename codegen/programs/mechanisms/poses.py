@@ -4,12 +4,13 @@ Driven coordinates and targets are approached a little at a time, and errors are
 """
 
 # Annotations are evaluated here: sizes of records are those of the call of `pose_algorithm`.
+from math import pi
 from typing import Any
 
 from ...algorithms.weighted_rows import WeightedRows
 from ...ir.loops.algorithm import Algorithm as algorithm
 from ...ir.loops.language import InOut, Int, Ints, Out, Real, Reals, Rows, Vector, empty, sqrt
-from .records import Cut, Link, Loop, PathStep, Shared, Sizes, Target, Tolerances
+from .records import Cut, Driven, Link, Loop, PathStep, Shared, Sizes, Target, Tolerances
 from .rows import MechanismKernels, MechanismRows, fill_matrix
 
 #: Rounds in which errors may fail to halve.
@@ -22,6 +23,10 @@ PROGRESS = 1e-3
 CONTRADICTION = 0.1
 #: Weight of rows of loops, where rows of targets have 1.
 LOOP_WEIGHT = 8.0
+#: Radians of a turn.
+TURN = 2.0 * pi
+#: Added, it leaves a number's nearest integer in the last bits; taken off again, the number is rounded.
+SHIFTER = 1.5 * 2.0**52
 #: Larger numbers are not finite.
 HUGE = 1e300
 
@@ -37,13 +42,17 @@ def scale_down(x: Reals, first: Int, count: Int, most: Real) -> Real:
     return most / size if size > most else 1.0
 
 
-def pose_algorithm(k: MechanismKernels, r: MechanismRows, system: WeightedRows, room: int) -> algorithm:
+def pose_algorithm(
+    k: MechanismKernels, r: MechanismRows, identity: tuple[float, ...], system: WeightedRows, room: int
+) -> algorithm:
     """The search for poses.
 
     Parameters
     ----------
     k : MechanismKernels
     r : MechanismRows
+    identity : tuple of float
+        The motor 1.
     system : WeightedRows
         Of up to ``room`` rows and columns.
     room : int
@@ -136,10 +145,31 @@ def pose_algorithm(k: MechanismKernels, r: MechanismRows, system: WeightedRows, 
             relative[b][:] = k.move_by_twist(twist, relative[b])
 
     @algorithm
+    def set_start(
+        driven: Rows[Driven], numbers: Reals, relative: Rows[8], wanted: Reals, start: Out[Vector[room]]
+    ) -> None:  # fmt: skip
+        """Given coordinates as they are now, with the whole turns that those that are wanted have."""
+        one = empty(8)
+        one[:] = identity
+        for n in range(len(driven)):
+            each = driven[n]
+            total = 0.0
+            if each.measure >= 0:
+                twist = k.twist_between(one, relative[each.link])
+                for j in range(6):
+                    total += numbers[each.measure + j] * twist[j]
+                if each.turns > 0:
+                    turns = (wanted[n] - total) / TURN
+                    if abs(turns) < SHIFTER:  # others are whole
+                        turns = (turns + SHIFTER) - SHIFTER
+                    total += turns * TURN
+            start[n] = total
+
+    @algorithm
     def solve_pose(
         links: Rows[Link], shared: Rows[Shared], cuts: Rows[Cut], targets: Rows[Target], loops: Rows[Loop],
-        path: Rows[PathStep], driven: Ints, sizes: Sizes, numbers: Reals, tolerances: Tolerances, rounds: Int,
-        to_go: InOut[Reals], goals: Reals, item: Int, relative: InOut[Rows[8]], motors: InOut[Rows[8]],
+        path: Rows[PathStep], driven: Rows[Driven], sizes: Sizes, numbers: Reals, tolerances: Tolerances, rounds: Int,
+        to_go: InOut[Vector[room]], goals: Reals, goal: Int, relative: InOut[Rows[8]], motors: InOut[Rows[8]],
         carry: InOut[Rows[36]], free: InOut[Rows[6]], rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals],
         s: InOut[Numbers], indices: InOut[Indices],
     ) -> tuple[Int, Real]:  # fmt: skip
@@ -147,7 +177,6 @@ def pose_algorithm(k: MechanismKernels, r: MechanismRows, system: WeightedRows, 
         x = empty(room)
         weights = empty(room)
         values = empty(room)
-        first = len(driven) * item
         step = tolerances.step
         last = 0.0
         best = HUGE
@@ -158,11 +187,11 @@ def pose_algorithm(k: MechanismKernels, r: MechanismRows, system: WeightedRows, 
             r.forward_kinematics(links, numbers, relative, motors, carry, free)
             off_joints = r.link_residuals(links, shared, numbers, relative, off)
             off_loops = r.loop_residuals(cuts, shared, numbers, motors, errors, rows)
-            off_targets = r.target_residuals(targets, numbers, goals, sizes.goals * item, motors, errors, rows)
+            off_targets = r.target_residuals(targets, numbers, goals, goal, motors, errors, rows)
             worst = max(max(off_joints, off_loops), off_targets)
             left = 0.0
             for n in range(len(driven)):
-                left = max(left, abs(to_go[first + n]))
+                left = max(left, abs(to_go[n]))
             residual = max(worst, left)
             total = 0.0  # the largest of numbers is not the one that is NaN
             for b in range(len(links)):
@@ -189,8 +218,8 @@ def pose_algorithm(k: MechanismKernels, r: MechanismRows, system: WeightedRows, 
                 x[j] = 0.0
                 weights[j] = 1.0
             for n in range(len(driven)):
-                x[driven[n]] = to_go[first + n] * share
-                weights[driven[n]] = 0.0
+                x[driven[n].column] = to_go[n] * share
+                weights[driven[n].column] = 0.0
             if sizes.rows > 0:
                 fill_matrix(loops, path, links, free, rows, sizes.columns, s.matrix)
                 for n in range(len(loops)):
@@ -209,36 +238,42 @@ def pose_algorithm(k: MechanismKernels, r: MechanismRows, system: WeightedRows, 
             for j in range(sizes.columns):
                 x[j] *= less
             for n in range(len(driven)):
-                to_go[first + n] -= x[driven[n]]
+                to_go[n] -= x[driven[n].column]
             apply_step(links, numbers, off, x, relative)
             count += 1
 
     @algorithm
     def poses(
         links: Rows[Link], shared: Rows[Shared], cuts: Rows[Cut], targets: Rows[Target], loops: Rows[Loop],
-        path: Rows[PathStep], driven: Ints, sizes: Sizes, numbers: Reals, tolerances: Tolerances, rounds: Int,
-        steps: Int, given: InOut[Rows[8]], to_go: InOut[Reals], goals: Reals, found: Out[Rows[8]],
+        path: Rows[PathStep], driven: Rows[Driven], sizes: Sizes, numbers: Reals, tolerances: Tolerances, rounds: Int,
+        follows: Int, given: Rows[8], wanted: Reals, goals: Reals, found: Out[Rows[8]],
         residuals: Out[Reals], statuses: Out[Ints],
         relative: InOut[Rows[8]], motors: InOut[Rows[8]], carry: InOut[Rows[36]], free: InOut[Rows[6]],
         rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], s: InOut[Numbers], indices: InOut[Indices],
     ) -> None:  # fmt: skip
-        """Poses of paths of so many steps: each starts from the one before it, the first from what is given."""
-        bodies = len(links)
-        for item in range(len(residuals)):
-            if item % steps == 0:
-                for b in range(bodies):
-                    relative[b][:] = given[bodies * item + b]
+        """Poses of a path: each starts from the one before it, the first from given motors, of which coordinates count
+        if it follows them; else they are zero.
+        """
+        before = empty(room)
+        to_go = empty(room)
+        r.set_links(links, given, relative)
+        for n in range(len(driven)):
+            before[n] = 0.0
+            to_go[n] = 0.0
+        if follows > 0:
+            set_start(driven, numbers, relative, wanted, before)
+        for step in range(len(residuals)):
+            for n in range(len(driven)):  # what was not done is still to do
+                value = wanted[len(driven) * step + n]
+                to_go[n] += value - before[n]
+                before[n] = value if driven[n].measure >= 0 else 0.0
             status, residual = solve_pose(
                 links, shared, cuts, targets, loops, path, driven, sizes, numbers, tolerances, rounds, to_go, goals,
-                item, relative, motors, carry, free, rows, errors, off, s, indices,
+                sizes.goals * step, relative, motors, carry, free, rows, errors, off, s, indices,
             )  # fmt: skip
-            statuses[item] = status
-            residuals[item] = residual
-            for b in range(bodies):
-                given[bodies * item + b][:] = relative[b]
-                found[bodies * item + b][:] = motors[b]
-            if (item + 1) % steps != 0:
-                for n in range(len(driven)):  # what was not done is still to do
-                    to_go[len(driven) * (item + 1) + n] += to_go[len(driven) * item + n]
+            statuses[step] = status
+            residuals[step] = residual
+            for b in range(len(links)):
+                found[len(links) * step + links[b].body][:] = motors[b]
 
     return poses

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 ALGEBRAS = ("cga3d", "pga3d")
 #: Rows and columns that an algorithm has room for.
 CLASSES = (32, 96, 256, 512, 1024, 2048, 4096, 8192)
-#: The algorithms: links from motors, poses, Jacobians by elimination and by all rows at once.
-NAMES = ("relative_motors", "poses", "elimination", "general")
+#: The algorithms: poses, Jacobians by elimination and by all rows at once.
+NAMES = ("poses", "elimination", "general")
 #: Options of the compiler. Jacobians are short sums: gcc's vectors of them take up to a third longer.
 _OPTIONS = dict.fromkeys(("elimination", "general"), ("-fno-tree-vectorize",))
 _SOURCES = (
@@ -65,11 +65,12 @@ def algorithms_of(algebra: str, room: int) -> dict[str, Algorithm]:
         raise InputError(f"mechanisms are compiled in {' and '.join(ALGEBRAS)}, not in {algebra!r}.")
     motor = stock_algebra(algebra).kind("motor").blades
     kernels = mechanism_kernels(algebra)
-    rows = row_algorithms(kernels, tuple(float(not blade) for blade in motor))
+    identity = tuple(float(not blade) for blade in motor)
+    rows = row_algorithms(kernels, identity)
     system = weighted_rows(room, room, is_open=True)
     jacobians = jacobian_algorithms(rows, system, room)
     return {
-        "relative_motors": rows.relative_motors, "poses": pose_algorithm(kernels, rows, system, room),
+        "poses": pose_algorithm(kernels, rows, identity, system, room),
         "elimination": jacobians.elimination, "general": jacobians.general,
     }  # fmt: skip
 

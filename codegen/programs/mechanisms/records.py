@@ -10,13 +10,17 @@ from typing import Any
 from ...ir.loops.language import Int, Real
 from ...ir.loops.records import record
 
-#: A body, and the joint towards its parent, -1: the fixed body; parents come first. Its columns: the first, and how
-#: many; offset of their twists in its parent's frame. What the joint forbids: how many rows, offsets of the inverse
-#: (6, m) of its rows and of its values (m); its objects: the first, and how many. Whether bodies have it as a parent.
+#: A body, its place among those of an item, and the joint towards its parent, -1: the fixed body; parents come first.
+#: Its columns: the first, and how many; offset of their twists in its parent's frame. What the joint forbids: how many
+#: rows, offsets of the inverse (6, m) of its rows and of its values (m); its objects: the first, and how many. Whether
+#: bodies have it as a parent.
 Link: Any = record(
-    "Link", parent=Int, first=Int, count=Int, free=Int, rows=Int, inverse=Int, values=Int, object=Int, objects=Int,
-    bears=Int,
+    "Link", body=Int, parent=Int, first=Int, count=Int, free=Int, rows=Int, inverse=Int, values=Int, object=Int,
+    objects=Int, bears=Int,
 )  # fmt: skip
+#: A coordinate that is given: its column and its link; offset of the row (6) that measures it in a displacement, or
+#: -1 where not coordinates are given but displacements; whether it is the same after a whole turn.
+Driven: Any = record("Driven", column=Int, link=Int, measure=Int, turns=Int)
 #: An object that the bodies of a joint share: index of its layout, coefficients, their offset, and that of the
 #: object's part (m, coefficients) of the joint's rows.
 Shared: Any = record("Shared", layout=Int, length=Int, offset=Int, part=Int)

@@ -33,7 +33,7 @@ class MechanismKernels(NamedTuple):
 class MechanismRows(NamedTuple):
     """What a pose says of joints and targets."""
 
-    relative_motors: algorithm
+    set_links: algorithm
     forward_kinematics: algorithm
     link_residuals: algorithm
     loop_residuals: algorithm
@@ -89,17 +89,16 @@ def row_algorithms(k: MechanismKernels, identity: tuple[float, ...]) -> Mechanis
     largest = max(size for _, size, _ in k.transforms)
 
     @algorithm
-    def relative_motors(links: Rows[Link], given: Rows[8], found: Out[Rows[8]]) -> None:
-        """Bodies of all items as their parents see them, from their motors."""
+    def set_links(links: Rows[Link], given: Rows[8], relative: Out[Rows[8]]) -> None:
+        """Bodies as their parents see them, from their motors."""
         base = empty(8)
-        bodies = len(links)
-        for n in range(len(given)):
-            parent = links[n % bodies].parent
-            if parent < 0:
+        for b in range(len(links)):
+            link = links[b]
+            if link.parent < 0:
                 base[:] = identity
             else:
-                base[:] = given[n - n % bodies + parent]
-            found[n][:] = k.relative(base, given[n])
+                base[:] = given[links[link.parent].body]
+            relative[b][:] = k.relative(base, given[link.body])
 
     @algorithm
     def forward_kinematics(
@@ -253,6 +252,4 @@ def row_algorithms(k: MechanismKernels, identity: tuple[float, ...]) -> Mechanis
                 errors[target.first + i] = -twist[i]
         return worst
 
-    return MechanismRows(
-        relative_motors, forward_kinematics, link_residuals, loop_residuals, target_rows, target_residuals
-    )
+    return MechanismRows(set_links, forward_kinematics, link_residuals, loop_residuals, target_rows, target_residuals)

@@ -17,6 +17,8 @@ from ...codegen.programs.mechanisms.program import work_of
 from ...codegen.programs.mechanisms.tables import mechanism_tables
 from ...common import parallel
 from ...common.memory import check_workspace, filled
+from ...mechanics.joints.local_relations import SLIDE
+from ...mechanics.twists import rotational_mask
 from .loop_calls import LoopCall, mechanism_loop
 from .shared_objects import SharedObjects, shared_objects
 from .structure import Assembly
@@ -96,11 +98,16 @@ class Driver:
             parent = self._link_of(tree.parent[body])
             objects = self._objects[j]
             if objects.varying:
-                links.append(Link(parent, 6, 0, ()))
+                links.append(Link(body, parent, 6, 0, ()))
             else:
                 relation = mechanism.loops.relations[j]
-                driven = j in self.request.driven
-                links.append(Link(parent, relation.free.shape[1], len(relation.rows), objects.layouts, driven))
+                driven = turning_coordinates(mechanism, j) if j in self.request.driven else ()
+                links.append(
+                    Link(
+                        body, parent, relation.free.shape[1], len(relation.rows), objects.layouts, driven,
+                        has_coordinates(mechanism, j),
+                    )
+                )  # fmt: skip
         for j in self.closure_joints:
             a, b = (self._link_of(x) for x in tree.ends[j])
             objects = self._objects[j]
@@ -136,6 +143,12 @@ class Driver:
             self._put(link.free, sign * relations[j].free.T)
             self._put(link.inverse, sign * np.linalg.pinv(relations[j].rows))
             self._store_objects(link, objects, relations[j].rows)
+        for each in tables["driven"]:
+            if each.measure >= 0:
+                body = self._tree.order[int(each.link)]
+                j, sign = self._tree.joint[body], self._tree.sign[body]
+                k = int(each.column - tables["links"][int(each.link)].first)
+                self._put(each.measure, sign * np.linalg.pinv(relations[j].free)[k])
         for cut, j in zip(tables["cuts"], self.closure_joints, strict=True):
             if cut.matrix >= 0:
                 self._put(cut.matrix, relations[j].rows)
@@ -178,9 +191,9 @@ class Driver:
         call = self._calls.get(name)
         if call is None:
             tables = self._tables
-            loop, entry = mechanism_loop(self.mechanism.algebra.name, tables.room, name, self.mechanism.target)
+            loop, parameters = mechanism_loop(self.mechanism.algebra.name, tables.room, name, self.mechanism.target)
             work = {**tables.work(), **work_of(tables.room)}
-            call = self._calls[name] = LoopCall(loop, entry, {**tables.arguments, **self._options()}, work)
+            call = self._calls[name] = LoopCall(loop, parameters, {**tables.arguments, **self._options()}, work)
         return call
 
     def _run(
@@ -194,7 +207,7 @@ class Driver:
             threads, chunk = 1, max(1, MOST_ON_GPU // max(1, call.size))
         else:
             check_workspace(
-                call.size, min(n, parallel.thread_count(threads)), f"a mechanism of {len(self.order)} bodies"
+                call.size, min(n, parallel.thread_count(threads)), f"a mechanism of {len(self._tree.order)} bodies"
             )
         numbers = {key: np.array([value]) for key, value in same.items()}
 
@@ -203,47 +216,51 @@ class Driver:
 
         parallel.run(part, n, threads, chunk, progress)
 
-    def links(self, motors: Array, threads: int | None = None) -> Array:
-        """Links (items, bodies, 8) of bodies at motors (items, bodies, 8), in the driver's order."""
-        links = np.empty_like(motors)
-        self._run("relative_motors", {"given": motors, "found": links}, threads)
-        return links
-
-    @property
-    def order(self) -> list[int]:
-        """The body of each link."""
-        return self._tree.order
-
     def blank_poses(self, paths: int, steps: int) -> dict[str, Array]:
         """Motors (paths, steps, bodies, 8), largest remaining errors and codes (paths, steps): nothing is found yet."""
         shape = (paths, steps)
         return {
-            "motors": filled((*shape, len(self.order), 8), np.nan), "residual": np.full(shape, np.nan),
+            "motors": filled((*shape, len(self._tree.order), 8), np.nan), "residual": np.full(shape, np.nan),
             "status": np.full(shape, LATE, np.int64),
         }  # fmt: skip
 
     def poses(
-        self, links: Array, driven: Array, targets: Array, results: dict[str, Array], threads: int | None = None,
-        progress: Callable[[int], None] | None = None,
+        self, motors: Array, driven: Array, targets: Array, results: dict[str, Array], follows: bool,
+        threads: int | None = None, progress: Callable[[int], None] | None = None,
     ) -> None:  # fmt: skip
-        """Solve for poses with given displacements of driven coordinates and targets of bodies, into `blank_poses`.
+        """Solve for poses with given driven coordinates and targets of bodies, into `blank_poses`.
 
-        Arguments have axes (paths, steps, ...): each step of a path starts from the one before it. Links are changed in
-        place; progress is in paths.
+        Motors (paths, bodies, 8) are those to start from, the other arguments have axes (paths, steps, ...): each step
+        of a path starts from the one before it. Driven coordinates are in the joints' units, those of joints without
+        `has_coordinates` displacements; if they follow, they count whole turns from the start. Progress is in paths.
         """
         each = {
-            "given": links, "to_go": driven, "goals": targets, "found": results["motors"],
+            "given": motors, "wanted": driven, "goals": targets, "found": results["motors"],
             "residuals": results["residual"], "statuses": results["status"],
         }  # fmt: skip
-        self._run("poses", each, threads, progress, steps=links.shape[1])
+        self._run("poses", each, threads, progress, follows=int(follows))
 
-    def jacobians(self, links: Array, general: bool = False, threads: int | None = None) -> tuple[Array, Array, Array]:
-        """Jacobians (items, outputs, inputs) in the mechanism's frame, the largest closure errors, and codes."""
-        n, tables = len(links), self._tables
+    def jacobians(self, motors: Array, general: bool = False, threads: int | None = None) -> tuple[Array, Array, Array]:
+        """Jacobians (items, outputs, inputs) in the mechanism's frame at motors (items, bodies, 8) of it, the largest
+        closure errors, and codes.
+        """
+        n, tables = len(motors), self._tables
         matrices, residual, status = np.empty((n, tables.outputs, tables.inputs)), np.empty(n), np.empty(n, np.int64)
-        each = {"poses": links, "jacobian": matrices, "residuals": residual, "statuses": status}
+        each = {"given": motors, "jacobian": matrices, "residuals": residual, "statuses": status}
         self._run("general" if general else "elimination", each, threads)
         return matrices, residual, status
+
+
+def has_coordinates(mechanism: Assembly, joint: int) -> bool:
+    """Whether a joint has one or two coordinates that its displacement says, by itself but for whole turns."""
+    return len(mechanism.loops.relations[joint].speeds) <= 2 and not mechanism.joints[joint].pitch
+
+
+def turning_coordinates(mechanism: Assembly, joint: int) -> tuple[bool, ...]:
+    """Of each coordinate of a joint, whether it is the same after a whole turn."""
+    free = mechanism.loops.relations[joint].free
+    turns = np.abs(free[rotational_mask(mechanism.algebra)]).max(0) > SLIDE
+    return tuple((turns & (not mechanism.joints[joint].pitch)).tolist())  # another turn of a screw is another place
 
 
 def driver_of(assembly: Assembly, **request: Any) -> Driver:

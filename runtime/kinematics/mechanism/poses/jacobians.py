@@ -11,12 +11,12 @@ from ....codegen.errors import InputError
 from ....mechanics.screws import velocity_at
 from ....status import Status
 from ..arguments import as_list, body_and_value, check_coordinates, position_of
-from ..driver import DONE, NOT_ALLOWED, NOT_FINITE, OPEN, Driver, driver_of
+from ..driver import DONE, NOT_ALLOWED, NOT_FINITE, OPEN, driver_of
 from ..structure import Assembly
 from ..velocity_solver import twist_columns
 from .batch import Poses, poses_of
 from .coupled_joints import followers
-from .solver import initial_links
+from .solver import initial_motors
 
 Array = NDArray[Any]
 _STATUSES = {DONE: Status.OK, OPEN: Status.SINGULAR, NOT_ALLOWED: Status.UNREACHABLE, NOT_FINITE: Status.INVALID}
@@ -48,11 +48,11 @@ def jacobians(
         mechanism, driven=tuple(driven), targets=() if target is None else ((target[0], None),),
         inputs=None if target is None else target[1], outputs=tuple(bodies), coordinates=tuple(coordinates),
     )  # fmt: skip
-    links, bad = initial_links(mechanism, driver, at, at.shape, threads)
-    raw, residual, code = driver.jacobians(links, method == "general", threads)
+    motors, bad = initial_motors(mechanism, at, at.shape)
+    raw, residual, code = driver.jacobians(motors, method == "general", threads)
     raw = raw * np.concatenate([1 / speeds, np.ones(raw.shape[-1] - len(speeds))])
     found = [_read(mechanism, at, raw, part) for part in parts]
-    values = np.concatenate(found, -2)[..., _order(mechanism, driver, driven, raw.shape[-1])]
+    values = np.concatenate(found, -2)[..., _order(mechanism, driven, raw.shape[-1])]
     values = values if coupled is None else values @ coupled
     code = np.where((code == DONE) & (residual > CLOSED), NOT_ALLOWED, code)
     code[bad], values[bad], residual[bad] = NOT_FINITE, np.nan, np.nan
@@ -61,9 +61,9 @@ def jacobians(
     return values, status, residual.reshape(at.shape)
 
 
-def _order(mechanism: Assembly, driver: Driver, driven: list[int], count: int) -> list[int]:
+def _order(mechanism: Assembly, driven: list[int], count: int) -> list[int]:
     """Columns of the driver in the order of the inputs: it has driven joints in the order of links."""
-    links = sorted(driven, key=lambda j: driver.order.index(mechanism.tree.child_of[j]))
+    links = sorted(driven, key=lambda j: mechanism.tree.order.index(mechanism.tree.child_of[j]))
     starts, at = {}, 0
     for j in links:
         starts[j] = at
