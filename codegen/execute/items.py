@@ -200,15 +200,20 @@ class CLoop(Loop):
         Of its instance, such as "f64".
     name : str
         Of the loop.
+
+    Attributes
+    ----------
+    run : callable
+        The compiled loop: of pointers, strides, counts, and the range of items.
     """
 
     def __init__(self, library: Any, tag: str, name: str = "bs_loop") -> None:
         ffi = library.ffi
         self.hold, self._new, self._pointers = ffi.from_buffer, ffi.new, ffi.typeof("void *[]")
-        self._run, self._null = getattr(library.lib, f"{name}_{tag}"), ffi.NULL
+        self.run, self._null = getattr(library.lib, f"{name}_{tag}"), ffi.NULL
 
     def bind(self, arrays: Sequence[Any], strides: Any, counts: Any) -> Run:
-        run = partial(self._run, self._new(self._pointers, arrays), strides, counts)
+        run = partial(self.run, self._new(self._pointers, arrays), strides, counts)
         run.__dict__["arrays"] = arrays  # of which the pointers know nothing
         return run
 
@@ -224,11 +229,13 @@ class CLoop(Loop):
         shape : tuple of int
             Of the result.
         """
-        return ItemCall(self._run, partial(self._pointers_of, shared), strides, counts, shape, len(shared))
+        return ItemCall(
+            self.run, partial(self.pointers, [*shared, None, None]), strides, counts, shape, len(shared)
+        )
 
-    def _pointers_of(self, shared: Sequence[Any]) -> Any:
-        null = self._null
-        return self._new(self._pointers, [*shared, null, null])
+    def pointers(self, arrays: Sequence[Any]) -> Any:
+        """Pointers to arrays as `hold` made them, which who calls keeps; null in place of those that calls set."""
+        return self._new(self._pointers, [self._null if a is None else a for a in arrays])
 
     def integers(self, values: Sequence[int]) -> Any:
         return self._new("ptrdiff_t[]", list(values))

@@ -19,7 +19,7 @@ from ...common import parallel
 from ...common.memory import check_workspace, filled
 from ...mechanics.joints.local_relations import SLIDE
 from ...mechanics.twists import rotational_mask
-from .loop_calls import LoopCall, mechanism_loop
+from .loop_calls import ItemFrame, LoopCall, mechanism_loop
 from .shared_objects import SharedObjects, shared_objects
 from .structure import Assembly
 
@@ -239,6 +239,15 @@ class Driver:
             "residuals": results["residual"], "statuses": results["status"],
         }  # fmt: skip
         self._run("poses", each, threads, progress, follows=int(follows))
+
+    def pose_frame(self, driven: Array, residual: Array, status: Array, follows: Array) -> ItemFrame | None:
+        """The search for one pose in a call, see `poses`; None where there is none.
+
+        Pointers to the motors to start from, "given", and to those that are found, "found", are set for each call.
+        """
+        same = {"wanted": driven, "residuals": residual, "statuses": status, "follows": follows, "goals": np.zeros(0)}
+        size = 8 * len(self._tree.order)
+        return self._call("poses").frame({"given": size, "found": size}, same)
 
     def jacobians(self, motors: Array, general: bool = False, threads: int | None = None) -> tuple[Array, Array, Array]:
         """Jacobians (items, outputs, inputs) in the mechanism's frame at motors (items, bodies, 8) of it, the largest

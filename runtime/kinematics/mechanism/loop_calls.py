@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from ...codegen.execute.items import STORED, Loop
+from ...codegen.execute.items import STORED, CLoop, Loop
 from ...codegen.ir.loops.types import ArrayType
 from ...codegen.programs.mechanisms.program import mechanism_extension, mechanism_function
 from ...dispatch.algorithm_loops import compiled_loop
@@ -25,6 +25,28 @@ class LoopParameter(NamedTuple):
     name: str
     dtype: Any
     row: int
+
+
+class ItemFrame(NamedTuple):
+    """A compiled loop, and its arguments for a single item.
+
+    Attributes
+    ----------
+    run : callable
+    pointers, strides, counts
+        For `run`; pointers at ``places`` are set before each call.
+    places : dict of str to int
+        By names of arrays.
+    held : list
+        What the other pointers know.
+    """
+
+    run: Any
+    pointers: Any
+    strides: Any
+    counts: Any
+    places: dict[str, int]
+    held: list[Any]
 
 
 @cache
@@ -74,6 +96,30 @@ class LoopCall:
             self._counts.append(len(tables.get(name, ())))
         self.size = 8 * sum(size for _, size, _ in self._work)
         self.is_on_gpu = loop.runs_whole
+
+    def frame(self, sizes: Mapping[str, int], same: Mapping[str, Array]) -> ItemFrame | None:
+        """What one call after the other of single items takes; None where there is no such call.
+
+        Parameters
+        ----------
+        sizes : mapping of str to int
+            Numbers of the arrays that are an item's own.
+        same : mapping of str to array
+            What all items share.
+        """
+        loop = self._loop
+        if not isinstance(loop, CLoop) or self.size > MOST_KEPT:
+            return None
+        held, counts, places = list(self._held), list(self._counts), {}
+        for k, size, dtype in self._work:
+            held[k] = loop.work(size, dtype)
+        for k, name, row in self._varying:
+            if name in same:
+                held[k], counts[k] = loop.hold(same[name]), same[name].size // row
+            else:
+                counts[k], places[name] = sizes[name] // row, k
+        integers = loop.integers([0] * len(held)), loop.integers(counts)
+        return ItemFrame(loop.run, loop.pointers(held), *integers, places, held)
 
     def __call__(self, each: dict[str, Array], same: dict[str, Array]) -> None:
         """Run on items of a part: arrays without gaps, whose first axis is that of items, and what items share."""

@@ -25,6 +25,7 @@ from .jacobian import Analysis, analyze
 from .loop_closure import block_matrix
 from .mobility import NOISE, FreeMotion, SelfStress, free_basis, passive_dof, self_stresses
 from .poses.batch import Poses
+from .poses.item import solve_item
 from .poses.jacobians import METHODS, jacobians
 from .poses.solver import solve_poses
 from .velocity_solver import KnownVelocities
@@ -303,6 +304,10 @@ class Mechanism(MechanismDynamics):
             On an interrupt. As that of an `ExecutorError`, its ``partial`` is the poses so far: NaN, and NOT_CONVERGED
             where nothing is proved, for those that were not looked at.
         """
+        if targets is None and path is False and threads is None and progress is False and executor is None:
+            usual = solve_item(self, driven, start, strict)
+            if usual is not None:
+                return usual
         return solve_poses(
             self, {} if driven is None else driven, {} if targets is None else targets, start, path, threads, strict,
             progress, executor,
