@@ -51,8 +51,8 @@ def fill_table(matrix: Matrix, driven: Rows[Driven], sizes: Sizes, numbers: Real
 
 @algorithm
 def eliminate(
-    plan: Elimination, entries: Ints, columns: Int, width: Int, least: Real, table: InOut[Reals], used: InOut[Ints],
-    pivot: InOut[Ints],
+    plan: Elimination, entries: Ints, columns: Int, width: Int, least: Real, table: InOut[Reals], line: InOut[Reals],
+    used: InOut[Ints], pivot: InOut[Ints],
 ) -> None:  # fmt: skip
     """Eliminate the columns of a link, as far as its rows depend on them, by the largest element of these columns."""
     for _ in range(plan.count):
@@ -73,24 +73,32 @@ def eliminate(
         used[row] = FOR_LINK
         pivot[column] = row
         own = width * row
+        divisor = table[own + column]
+        for j in range(plan.first, plan.first + plan.count):
+            line[j] = table[own + j]
+        for m in range(plan.other, plan.other + plan.others):
+            line[entries[m]] = table[own + entries[m]]
+        for j in range(columns, width):
+            line[j] = table[own + j]
         for n in range(plan.row, plan.row + plan.rows):
             other = width * entries[n]
             if used[entries[n]] != 0 or table[other + column] == 0.0:
                 continue
-            share = table[other + column] / table[own + column]
+            share = table[other + column] / divisor
             for j in range(plan.first, plan.first + plan.count):
-                table[other + j] -= share * table[own + j]
+                table[other + j] -= share * line[j]
             for m in range(plan.other, plan.other + plan.others):
-                table[other + entries[m]] -= share * table[own + entries[m]]
+                table[other + entries[m]] -= share * line[entries[m]]
             for j in range(columns, width):
-                table[other + j] -= share * table[own + j]
+                table[other + j] -= share * line[j]
             table[other + column] = 0.0
 
 
 @algorithm
 def reduce_rest(
-    kept: Ints, rows: Int, width: Int, least: Real, table: InOut[Reals], used: InOut[Ints], pivot: InOut[Ints]
-) -> None:
+    kept: Ints, rows: Int, width: Int, least: Real, table: InOut[Reals], line: InOut[Reals], used: InOut[Ints],
+    pivot: InOut[Ints],
+) -> None:  # fmt: skip
     """Eliminate the columns that are left from all rows but one, by the largest element (Gauss and Jordan)."""
     for _ in range(len(kept)):
         row = -1
@@ -110,12 +118,15 @@ def reduce_rest(
         used[row] = FOR_REST
         pivot[column] = row
         own = width * row
+        divisor = table[own + column]
+        for j in range(width):
+            line[j] = table[own + j]
         for i in range(rows):
             if i == row or used[i] == FOR_LINK or table[width * i + column] == 0.0:
                 continue
-            share = table[width * i + column] / table[own + column]
+            share = table[width * i + column] / divisor
             for j in range(width):
-                table[width * i + j] -= share * table[own + j]
+                table[width * i + j] -= share * line[j]
 
 
 @algorithm
@@ -260,8 +271,8 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
         outputs: Rows[Output], plan: Rows[Elimination], entries: Ints, kept: Ints,
         given: Rows[8], jacobian: Out[Reals], residuals: Out[Reals], statuses: Out[Ints],
         relative: InOut[Rows[8]], motors: InOut[Rows[8]], carry: InOut[Rows[36]], free: InOut[Rows[6]],
-        rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], table: InOut[Reals], used: InOut[Ints],
-        pivot: InOut[Ints], s: InOut[Numbers],
+        rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], table: InOut[Reals], line: InOut[Reals],
+        used: InOut[Ints], pivot: InOut[Ints], s: InOut[Numbers],
     ) -> None:  # fmt: skip
         """The Jacobian at motors of bodies, its status, and the largest error of what joints share."""
         width = sizes.columns + len(driven) + sizes.speeds
@@ -276,8 +287,8 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
         for j in range(sizes.columns):
             pivot[j] = -1
         for n in range(len(plan)):
-            eliminate(plan[n], entries, sizes.columns, width, least, table, used, pivot)
-        reduce_rest(kept, sizes.rows, width, least, table, used, pivot)
+            eliminate(plan[n], entries, sizes.columns, width, least, table, line, used, pivot)
+        reduce_rest(kept, sizes.rows, width, least, table, line, used, pivot)
         status = solve_rest(
             outputs, path, links, free, driven, kept, sizes, tolerances.open, table, used, pivot, jacobian
         )
@@ -297,7 +308,6 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
         inputs = len(driven) + sizes.speeds
         width = columns + inputs
         status = DONE
-        indices.columns = columns
         for j in range(columns):
             weights[j] = 1.0
         for n in range(len(driven)):
@@ -305,14 +315,14 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
         for i in range(sizes.rows):
             s.sizes[i] = 0.0
             s.noise[i] = 0.0
-        find_directions(s, indices, sizes.rows, weights, tolerances.redundant, 0)
+        find_directions(s, indices, sizes.rows, columns, weights, tolerances.redundant, 0)
         for k in range(inputs):
             most = 0.0
             for i in range(sizes.rows):
                 values[i] = table[width * i + columns + k]
             for j in range(columns):
                 speeds[j] = 0.0
-            least_change(s, indices, weights, values, speeds)
+            least_change(s, indices, columns, weights, values, speeds)
             for i in range(sizes.rows):
                 rest = values[i]
                 for j in range(columns):

@@ -63,8 +63,9 @@ def pose_algorithm(
 
     @algorithm
     def reduce_contradiction(
-        s: InOut[Numbers], indices: Indices, count: Int, cuts: Int, values: Vector[room], x: InOut[Vector[room]]
-    ) -> None:
+        s: InOut[Numbers], indices: Indices, count: Int, columns: Int, cuts: Int, values: Vector[room],
+        x: InOut[Vector[room]],
+    ) -> None:  # fmt: skip
         """Make the least of what is left of all rows together, where rows contradict each other.
 
         As those of targets out of reach do, or far ones that are dependent; loops count for more. By modified
@@ -76,7 +77,7 @@ def pose_algorithm(
         largest = 0.0
         for i in range(count):
             value = values[i]
-            for j in range(indices.columns):
+            for j in range(columns):
                 value -= s.matrix[i, j] * x[j]
             rest[i] = value
             most = max(most, abs(value))
@@ -88,7 +89,7 @@ def pose_algorithm(
             rest[i] *= weight
             for n in range(indices.rank):
                 total = 0.0
-                for j in range(indices.columns):
+                for j in range(columns):
                     total += weight * s.matrix[i, j] * s.direction[n, j]
                 s.remainder[n, i] = total
         for n in range(indices.rank):
@@ -116,15 +117,15 @@ def pose_algorithm(
                 for i in range(count):
                     other[i] -= c * column[i]
                 s.taken[n, m] = c
-        for n in range(indices.rank - 1, -1, -1):
-            if not s.taken[n, n] > 0.0:
+        for last in range(min(count, columns) - 1, -1, -1):
+            if last >= indices.rank or not s.taken[last, last] > 0.0:
                 continue
-            value = y[n]
-            for m in range(n + 1, indices.rank):
-                value -= s.taken[n, m] * y[m]
-            y[n] = value / s.taken[n, n]
-            for j in range(indices.columns):
-                x[j] += s.direction[n, j] * y[n]
+            value = y[last]
+            for m in range(last + 1, indices.rank):
+                value -= s.taken[last, m] * y[m]
+            y[last] = value / s.taken[last, last]
+            for j in range(columns):
+                x[j] += s.direction[last, j] * y[last]
 
     @algorithm
     def apply_step(links: Rows[Link], numbers: Reals, off: Reals, x: Vector[room], relative: InOut[Rows[8]]) -> None:
@@ -227,13 +228,12 @@ def pose_algorithm(
                     less = scale_down(errors, loop.first, loop.rows, step)
                     for i in range(loop.first, loop.first + loop.rows):
                         values[i] = -errors[i] * less
-                indices.columns = sizes.columns
                 for i in range(sizes.rows):
                     s.sizes[i] = 0.0
                     s.noise[i] = 0.0
-                find_directions(s, indices, sizes.rows, weights, tolerances.redundant, 0)
-                least_change(s, indices, weights, values, x)
-                reduce_contradiction(s, indices, sizes.rows, sizes.cuts, values, x)
+                find_directions(s, indices, sizes.rows, sizes.columns, weights, tolerances.redundant, 0)
+                least_change(s, indices, sizes.columns, weights, values, x)
+                reduce_contradiction(s, indices, sizes.rows, sizes.columns, sizes.cuts, values, x)
             less = scale_down(x, 0, sizes.columns, 4.0 * step)
             for j in range(sizes.columns):
                 x[j] *= less

@@ -5,6 +5,7 @@ The only module that knows what the algorithms take (codegen/programs/mechanisms
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,18 +13,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.execute.items import CLoop
 from ...codegen.programs.mechanisms.config import Cut, Link, MechanismConfig, Target
 from ...codegen.programs.mechanisms.program import work_of
 from ...codegen.programs.mechanisms.tables import mechanism_tables
+from ...codegen.targets.c.instances import ONE_BY_ONE
 from ...common import parallel
 from ...common.memory import check_workspace, filled
 from ...mechanics.joints.local_relations import SLIDE
 from ...mechanics.twists import rotational_mask
-from .loop_calls import ItemFrame, LoopCall, mechanism_loop
+from .loop_calls import ItemFrame, LoopCall, mechanism_loop, wide_instance
 from .shared_objects import SharedObjects, shared_objects
 from .structure import Assembly
 
 Array = NDArray[Any]
+#: Items, and steps of their paths together, from which on several are computed at once: their program is compiled then,
+#: and lanes without an item cost as much as those with one.
+WIDE_BATCH, WIDE_STEPS = 6, 256
 #: Code of a pose or Jacobian that was found, as in codegen/programs/mechanisms/poses.py and jacobians.py.
 DONE = 0
 #: Code of a pose whose search stalled.
@@ -85,7 +91,7 @@ class Driver:
         self._tables = mechanism_tables(self._program_needs())
         self.numbers = np.zeros(self._tables.size)
         self._store()
-        self._calls: dict[str, LoopCall] = {}
+        self._calls: dict[tuple[str, bool], LoopCall] = {}
 
     # -- parameters -------------------------------------------------------------------------------------
 
@@ -187,13 +193,17 @@ class Driver:
         )  # fmt: skip
         return {"numbers": self.numbers, "tolerances": np.array(tolerances), "rounds": np.array([ROUNDS])}
 
-    def _call(self, name: str) -> LoopCall:
-        call = self._calls.get(name)
+    def _call(self, name: str, is_wide: bool = False) -> LoopCall:
+        call = self._calls.get((name, is_wide))
         if call is None:
-            tables = self._tables
-            loop, parameters = mechanism_loop(self.mechanism.algebra.name, tables.room, name, self.mechanism.target)
+            tables, algebra, target = self._tables, self.mechanism.algebra.name, self.mechanism.target
+            instance = wide_instance(tables.room, target) if is_wide else None
+            one = ONE_BY_ONE[0]
+            loop, parameters = mechanism_loop(algebra, tables.room, name, target, instance or one)
             work = {**tables.work(), **work_of(tables.room)}
-            call = self._calls[name] = LoopCall(loop, parameters, {**tables.arguments, **self._options()}, work)
+            lanes = 8 * int(instance.bytes) // instance.bits if instance and isinstance(loop, CLoop) else 1
+            call = LoopCall(loop, parameters, {**tables.arguments, **self._options()}, work, lanes)
+            self._calls[name, is_wide] = call
         return call
 
     def _run(
@@ -201,7 +211,9 @@ class Driver:
         **same: int,
     ) -> None:  # fmt: skip
         """Run an algorithm over items, in parts, each with work arrays of its own."""
-        call, n = self._call(name), len(next(iter(each.values())))
+        n = len(next(iter(each.values())))
+        steps = math.prod(each["residuals"].shape)
+        call = self._call(name, n >= WIDE_BATCH and steps >= WIDE_STEPS)
         chunk = None
         if call.is_on_gpu:
             threads, chunk = 1, max(1, MOST_ON_GPU // max(1, call.size))
@@ -214,7 +226,7 @@ class Driver:
         def part(begin: int, end: int) -> None:
             call({key: array[begin:end] for key, array in each.items()}, numbers)
 
-        parallel.run(part, n, threads, chunk, progress)
+        parallel.run(part, n, threads, chunk, progress, unit=call.lanes)
 
     def blank_poses(self, paths: int, steps: int) -> dict[str, Array]:
         """Motors (paths, steps, bodies, 8), largest remaining errors and codes (paths, steps): nothing is found yet."""

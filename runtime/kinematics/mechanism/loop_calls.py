@@ -9,12 +9,16 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
+from ...codegen.build.cpu_features import best_instances
 from ...codegen.execute.items import STORED, CLoop, Loop
 from ...codegen.ir.loops.types import ArrayType
 from ...codegen.programs.mechanisms.program import mechanism_extension, mechanism_function
+from ...codegen.targets.c.instances import ONE_BY_ONE, Instance
 from ...dispatch.algorithm_loops import compiled_loop
 
 Array = NDArray[Any]
+#: Rows or columns beyond which mechanisms are computed one by one: their numbers would leave the near caches.
+MOST_WIDE = 32
 #: Bytes of work arrays that are kept for the next call.
 MOST_KEPT = 1 << 20
 
@@ -49,14 +53,22 @@ class ItemFrame(NamedTuple):
     held: list[Any]
 
 
+def wide_instance(room: int, target: str) -> Instance | None:
+    """What several items at once are compiled for; None where the processor, or large mechanisms, gain nothing."""
+    (instance,) = best_instances("f64")
+    return instance if target == "c" and room <= MOST_WIDE and instance.wide else None
+
+
 @cache
-def mechanism_loop(algebra: str, room: int, name: str, target: str) -> tuple[Loop, tuple[LoopParameter, ...]]:
+def mechanism_loop(
+    algebra: str, room: int, name: str, target: str, instance: Instance = ONE_BY_ONE[0]
+) -> tuple[Loop, tuple[LoopParameter, ...]]:
     """One of the algorithms, compiled: one for all mechanisms of a class."""
     function = mechanism_function(algebra, room, name)
     loop = compiled_loop(
         f"mechanism_{algebra}_{room}_{name}", f"{name} of mechanisms",
         "poses of mechanisms are compiled at their first use", target,
-        lambda: mechanism_extension(algebra, room, name), lambda: function,
+        lambda: mechanism_extension(algebra, room, name, instance), lambda: function,
     )  # fmt: skip
     parameters = []
     for p in function.parameters:
@@ -75,13 +87,15 @@ class LoopCall:
     tables : dict of str to array
     work : dict of str to tuple of int
         Shapes of work arrays.
+    lanes : int
+        How many items are computed at once.
     """
 
     def __init__(
         self, loop: Loop, parameters: Sequence[LoopParameter], tables: dict[str, Array],
-        work: dict[str, tuple[int, ...]],
+        work: dict[str, tuple[int, ...]], lanes: int = 1,
     ) -> None:  # fmt: skip
-        self._loop = loop
+        self._loop, self.lanes = loop, lanes
         self._held: list[Any] = []
         self._counts: list[int] = []
         self._varying: list[tuple[int, str, int]] = []
@@ -89,7 +103,8 @@ class LoopCall:
         self._free: list[list[Any]] = []  # sets of work arrays that no thread uses
         for k, (name, dtype, row) in enumerate(parameters):
             if name in work:
-                self._work.append((k, math.prod(work[name]), dtype))
+                size = math.prod(work[name])
+                self._work.append((k, size if lanes == 1 else lanes * (size + 1), dtype))
             elif name not in tables:
                 self._varying.append((k, name, row))
             self._held.append(loop.hold(tables[name]) if name in tables else None)
