@@ -47,8 +47,8 @@ class MechanismTables:
         rows, columns = int(sizes.rows), int(sizes.columns)
         return {
             "relative": (bodies, 8), "motors": (bodies, 8), "carry": (bodies, 36), "free": (columns, 6),
-            "rows": (rows, 6), "errors": (rows,), "off": (6 * bodies,), "table": (rows * (columns + self.inputs),), "line": (columns + self.inputs,),
-            "used": (rows,), "pivot": (columns,),
+            "rows": (rows, 6), "errors": (rows,), "off": (6 * bodies,), "table": (rows * (columns + self.inputs),),
+            "line": (columns + self.inputs,), "used": (rows,), "pivot": (columns,),
         }  # fmt: skip
 
 
