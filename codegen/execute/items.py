@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import _cffi_backend
 import numpy as np
+from numpy import empty
 
 from ..errors import InputError, ShapeError
 from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
@@ -262,7 +263,8 @@ class ItemCall:
     """
 
     def __init__(self, run: Any, new: Callable[[], Any], strides: Any, counts: Any, shape: tuple[int, ...], last: int):
-        self._run, self._new, self._strides, self._counts, self._shape = run, new, strides, counts, shape
+        self._run, self._new, self._strides, self._counts = run, new, strides, counts
+        self._shape, self._size = None if len(shape) == 1 else shape, math.prod(shape)
         self._place, self._free = last, list[Any]()
 
     def __call__(self, row: Array) -> Array | None:
@@ -271,12 +273,14 @@ class ItemCall:
             pointers = self._free.pop()
         except IndexError:
             pointers = self._new()
-        place, result = self._place, np.empty(self._shape)
+        place, result = self._place, empty(self._size)
         held, room = from_buffer(row), from_buffer(result)
         pointers[place], pointers[place + 1] = held, room
         self._run(pointers, self._strides, self._counts, 0, 1)
         self._free.append(pointers)
-        return result if isfinite(np.vdot(result, result)) else None
+        if not isfinite(result.dot(result)):
+            return None
+        return result if self._shape is None else result.reshape(self._shape)
 
 
 class CompiledLoop(Loop):
