@@ -144,19 +144,27 @@ def output_twist(
 
 @algorithm
 def write_outputs(
-    outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], speeds: Vector, inputs: Int,
-    at: Int, jacobian: Out[Reals],
+    outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], maps: Rows[36], numbers: Reals,
+    driven: Rows[Driven], speeds: Vector, inputs: Int, k: Int, jacobian: Out[Reals],
 ) -> None:  # fmt: skip
-    """What is requested, for speeds of all coordinates: a column of a Jacobian, from an offset on."""
+    """What is requested, for speeds of all coordinates with one of an input: its column of a Jacobian."""
+    at = k
+    unit = 1.0
+    if k < len(driven):
+        at = driven[k].place
+        unit = numbers[driven[k].unit]
     twist = empty(6)
     for n in range(len(outputs)):
         output = outputs[n]
         if output.column >= 0:
-            jacobian[at + inputs * output.row] = speeds[output.column]
+            jacobian[at + inputs * output.row] = numbers[output.map] * speeds[output.column] * unit
         else:
             output_twist(output, path, links, free, speeds, twist)
-            for i in range(6):
-                jacobian[at + inputs * (output.row + i)] = twist[i]
+            for i in range(output.rows):
+                total = 0.0
+                for j in range(6):
+                    total += maps[n, 6 * i + j] * twist[j]
+                jacobian[at + inputs * (output.row + i)] = total * unit
 
 
 @algorithm
@@ -221,7 +229,8 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
     @algorithm
     def solve_rest(
         outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], driven: Rows[Driven], kept: Ints,
-        sizes: Sizes, open_: Real, table: Reals, used: Ints, pivot: Ints, jacobian: Out[Reals],
+        sizes: Sizes, numbers: Reals, maps: Rows[36], open_: Real, table: Reals, used: Ints, pivot: Ints,
+        jacobian: Out[Reals],
     ) -> Int:  # fmt: skip
         """Columns of the Jacobian from the eliminated rows: the status."""
         speeds = empty(room)
@@ -249,7 +258,7 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
                     speeds[j] = table[width * pivot[j] + columns + k] / table[width * pivot[j] + j]
             for n in range(len(driven)):
                 speeds[driven[n].column] = 1.0 if n == k else 0.0
-            write_outputs(outputs, path, links, free, speeds, inputs, k, jacobian)
+            write_outputs(outputs, path, links, free, maps, numbers, driven, speeds, inputs, k, jacobian)
         for k in range(len(kept)):  # what no row defines may move, and what hangs on it
             column = kept[k]
             if pivot[column] >= 0:
@@ -269,10 +278,10 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
         links: Rows[Link], shared: Rows[Shared], cuts: Rows[Cut], targets: Rows[Target], loops: Rows[Loop],
         path: Rows[PathStep], driven: Rows[Driven], sizes: Sizes, numbers: Reals, tolerances: Tolerances,
         outputs: Rows[Output], plan: Rows[Elimination], entries: Ints, kept: Ints,
-        given: Rows[8], jacobian: Out[Reals], residuals: Out[Reals], statuses: Out[Ints],
+        points: Reals, given: Rows[8], jacobian: Out[Reals], residuals: Out[Reals], statuses: Out[Ints],
         relative: InOut[Rows[8]], motors: InOut[Rows[8]], carry: InOut[Rows[36]], free: InOut[Rows[6]],
-        rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], table: InOut[Reals], line: InOut[Reals],
-        used: InOut[Ints], pivot: InOut[Ints], s: InOut[Numbers],
+        rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], maps: InOut[Rows[36]], table: InOut[Reals],
+        line: InOut[Reals], used: InOut[Ints], pivot: InOut[Ints], s: InOut[Numbers],
     ) -> None:  # fmt: skip
         """The Jacobian at motors of bodies, its status, and the largest error of what joints share."""
         width = sizes.columns + len(driven) + sizes.speeds
@@ -282,6 +291,7 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
             links, shared, cuts, targets, loops, path, driven, sizes, numbers, relative, motors, carry, free, rows,
             errors, off, table, s,
         )  # fmt: skip
+        r.set_maps(outputs, numbers, points, motors, maps)
         for i in range(sizes.rows):
             used[i] = 0
         for j in range(sizes.columns):
@@ -290,15 +300,16 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
             eliminate(plan[n], entries, sizes.columns, width, least, table, line, used, pivot)
         reduce_rest(kept, sizes.rows, width, least, table, line, used, pivot)
         status = solve_rest(
-            outputs, path, links, free, driven, kept, sizes, tolerances.open, table, used, pivot, jacobian
-        )
+            outputs, path, links, free, driven, kept, sizes, numbers, maps, tolerances.open, table, used, pivot,
+            jacobian,
+        )  # fmt: skip
         statuses[0] = checked(status, jacobian)
 
     @algorithm
     def solve_directions(
         outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], driven: Rows[Driven],
-        sizes: Sizes, tolerances: Tolerances, table: Reals, jacobian: Out[Reals], s: InOut[Numbers],
-        indices: InOut[Indices],
+        sizes: Sizes, numbers: Reals, maps: Rows[36], tolerances: Tolerances, table: Reals, jacobian: Out[Reals],
+        s: InOut[Numbers], indices: InOut[Indices],
     ) -> Int:  # fmt: skip
         """Columns of the Jacobian by orthogonal directions of all rows: the status."""
         weights = empty(room)
@@ -332,7 +343,7 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
                 status = NOT_ALLOWED
             for n in range(len(driven)):
                 speeds[driven[n].column] = 1.0 if n == k else 0.0
-            write_outputs(outputs, path, links, free, speeds, inputs, k, jacobian)
+            write_outputs(outputs, path, links, free, maps, numbers, driven, speeds, inputs, k, jacobian)
         for c in range(columns):  # unit speeds, less what rows see of them
             if weights[c] == 0.0:
                 continue
@@ -354,10 +365,10 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
         links: Rows[Link], shared: Rows[Shared], cuts: Rows[Cut], targets: Rows[Target], loops: Rows[Loop],
         path: Rows[PathStep], driven: Rows[Driven], sizes: Sizes, numbers: Reals, tolerances: Tolerances,
         outputs: Rows[Output],
-        given: Rows[8], jacobian: Out[Reals], residuals: Out[Reals], statuses: Out[Ints],
+        points: Reals, given: Rows[8], jacobian: Out[Reals], residuals: Out[Reals], statuses: Out[Ints],
         relative: InOut[Rows[8]], motors: InOut[Rows[8]], carry: InOut[Rows[36]], free: InOut[Rows[6]],
-        rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], table: InOut[Reals], s: InOut[Numbers],
-        indices: InOut[Indices],
+        rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], maps: InOut[Rows[36]], table: InOut[Reals],
+        s: InOut[Numbers], indices: InOut[Indices],
     ) -> None:  # fmt: skip
         """As `elimination`, all unknown speeds at once: the least ones."""
         r.set_links(links, given, relative)
@@ -365,7 +376,10 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
             links, shared, cuts, targets, loops, path, driven, sizes, numbers, relative, motors, carry, free, rows,
             errors, off, table, s,
         )  # fmt: skip
-        status = solve_directions(outputs, path, links, free, driven, sizes, tolerances, table, jacobian, s, indices)
+        r.set_maps(outputs, numbers, points, motors, maps)
+        status = solve_directions(
+            outputs, path, links, free, driven, sizes, numbers, maps, tolerances, table, jacobian, s, indices
+        )
         statuses[0] = checked(status, jacobian)
 
     return JacobianAlgorithms(elimination, general)

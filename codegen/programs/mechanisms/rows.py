@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from ...ir.loops.algorithm import Algorithm as algorithm
 from ...ir.loops.language import InOut, Int, Matrix, Out, Real, Reals, Rows, Vector, empty
-from .records import Cut, Link, Loop, PathStep, Shared, Target
+from .records import Cut, Link, Loop, Output, PathStep, Shared, Target
 
 
 class MechanismKernels(NamedTuple):
@@ -39,6 +39,7 @@ class MechanismRows(NamedTuple):
     loop_residuals: algorithm
     target_rows: algorithm
     target_residuals: algorithm
+    set_maps: algorithm
 
 
 @algorithm
@@ -252,4 +253,24 @@ def row_algorithms(k: MechanismKernels, identity: tuple[float, ...]) -> Mechanis
                 errors[target.first + i] = -twist[i]
         return worst
 
-    return MechanismRows(set_links, forward_kinematics, link_residuals, loop_residuals, target_rows, target_residuals)
+    @algorithm
+    def set_maps(outputs: Rows[Output], numbers: Reals, points: Reals, motors: Rows[8], maps: InOut[Rows[36]]) -> None:
+        """Matrices from twists of bodies to what is requested of them, in units of the world."""
+        position = empty(3)
+        rates = empty(6, 3)
+        for n in range(len(outputs)):
+            output = outputs[n]
+            if output.column >= 0:
+                continue
+            if output.rows == 6:
+                maps[n][:] = numbers[output.map : output.map + 36]
+                continue
+            position[:] = k.moved_point(motors[output.body], points[output.map : output.map + 3])
+            rates[:] = k.point_rates(position)
+            for i in range(3):
+                for j in range(6):
+                    maps[n, 6 * i + j] = rates[j, i] * points[output.map + 3]
+
+    return MechanismRows(
+        set_links, forward_kinematics, link_residuals, loop_residuals, target_rows, target_residuals, set_maps
+    )

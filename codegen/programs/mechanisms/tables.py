@@ -48,7 +48,8 @@ class MechanismTables:
         return {
             "relative": (bodies, 8), "motors": (bodies, 8), "carry": (bodies, 36), "free": (columns, 6),
             "rows": (rows, 6), "errors": (rows,), "off": (6 * bodies,), "table": (rows * (columns + self.inputs),),
-            "line": (columns + self.inputs,), "used": (rows,), "pivot": (columns,),
+            "maps": (len(self.arguments["outputs"]), 36), "line": (columns + self.inputs,),
+            "used": (rows,), "pivot": (columns,),
         }  # fmt: skip
 
 
@@ -118,7 +119,8 @@ def mechanism_tables(needs: MechanismConfig) -> MechanismTables:
         )  # fmt: skip
         for k, turns in enumerate(link.driven):
             measure = take(6) if link.measured else -1
-            driven.add(column=column + k, link=b, measure=measure, turns=int(turns))
+            place = needs.inputs[len(driven.rows)] if needs.inputs else len(driven.rows)
+            driven.add(column=column + k, link=b, measure=measure, turns=int(turns), place=place, unit=take(1))
         column += link.free
     for cut in needs.cuts:
         matrix = take(6 * cut.rows)
@@ -134,14 +136,18 @@ def mechanism_tables(needs: MechanismConfig) -> MechanismTables:
         loops.add(first=row, rows=target.rows, **add_path(signed_loop_path(needs.links, -1, target.body)))
         row += target.rows
         goals += 8 if target.rows == 6 else 3
-    for i, body in enumerate(needs.outputs):
-        steps = [(x, 1) for x in path_to_ground(needs.links, body)]
-        outputs.add(row=6 * i, column=-1, **add_path(steps))
     link_table = links.array()
-    count = 6 * len(needs.outputs)
-    for b in needs.coordinates:
-        for j in _columns(link_table, b):
-            outputs.add(row=count, column=j, step=0, steps=0)
+    count = points = 0
+    for output in needs.outputs:
+        if output.rows:
+            steps = add_path([(x, 1) for x in path_to_ground(needs.links, output.body)])
+            offset = take(36) if output.rows == 6 else points
+            points += 4 * (output.rows == 3)
+            outputs.add(row=count, rows=output.rows, column=-1, body=output.body, map=offset, **steps)
+            count += output.rows
+            continue
+        for j in _columns(link_table, output.body):
+            outputs.add(row=count, rows=1, column=j, body=output.body, map=take(1), step=0, steps=0)
             count += 1
     sizes = _Rows(records.Sizes)
     sizes.add(
@@ -170,7 +176,9 @@ def _elimination(
     The table, its lists of rows and columns, and the columns that are left.
     """
     given = {int(each.column) for each in driven}
-    wanted = {x for body in needs.outputs for x in path_to_ground(needs.links, body)} | set(needs.coordinates)
+    wanted: set[int] = set()
+    for output in needs.outputs:
+        wanted.update(path_to_ground(needs.links, output.body) if output.rows else [output.body])
     open_ = [b for b, link in enumerate(needs.links) if not link.driven and link.free and b not in wanted]
     rows: dict[int, set[int]] = {b: set() for b in range(len(needs.links))}
     for loop in loops:

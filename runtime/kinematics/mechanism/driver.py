@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.execute.items import CLoop
-from ...codegen.programs.mechanisms.config import Cut, Link, MechanismConfig, Target
+from ...codegen.programs.mechanisms.config import Cut, Link, MechanismConfig, Output, Target
 from ...codegen.programs.mechanisms.program import work_of
 from ...codegen.programs.mechanisms.tables import mechanism_tables
 from ...codegen.targets.c.instances import ONE_BY_ONE
@@ -68,17 +68,14 @@ class DriverRequest:
         Bodies with target poses; or with a point, in the world at the start, that has a target position.
     inputs : array (6, k) or None
         Twists of the first target, in the world, that are inputs.
-    outputs : tuple of int
-        Bodies whose twists are outputs.
-    coordinates : tuple of int
-        Joints whose speeds are outputs.
+    outputs : tuple
+        ``(joint,)``: its speeds; ``(body, False)``: its twist in the world, ``(body, True)``: the velocity of a point.
     """
 
     driven: tuple[int, ...] = ()
     targets: tuple[tuple[int, Any], ...] = ()
     inputs: Any = None
-    outputs: tuple[int, ...] = ()
-    coordinates: tuple[int, ...] = ()
+    outputs: tuple[tuple[int] | tuple[int, bool], ...] = ()
 
 
 class Driver:
@@ -121,11 +118,24 @@ class Driver:
             cuts.append(Cut(a, b, rows, objects.layouts, objects.varying))
         targets = tuple(Target(self._link_of(b), 6 if point is None else 3) for b, point in self.request.targets)
         columns = 0 if self.request.inputs is None else np.shape(self.request.inputs)[1]
-        outputs = tuple(self._link_of(b) for b in self.request.outputs)
-        coordinates = tuple(self._link_of(tree.child_of[j]) for j in self.request.coordinates)
-        return MechanismConfig(
-            mechanism.algebra.name, tuple(links), tuple(cuts), targets, columns, outputs, coordinates
+        outputs = tuple(
+            Output(self._link_of(tree.child_of[x[0]]), 0)
+            if len(x) == 1
+            else Output(self._link_of(x[0]), 3 if x[1] else 6)
+            for x in self.request.outputs
         )
+        return MechanismConfig(
+            mechanism.algebra.name, tuple(links), tuple(cuts), targets, columns, outputs, self._places()
+        )
+
+    def _places(self) -> tuple[int, ...]:
+        """Of the driven coordinates, in the order of links, those in the order of the request."""
+        starts, at = {}, 0
+        for j in self.request.driven:
+            starts[j] = at
+            at += len(self.mechanism.loops.relations[j].speeds)
+        links = [j for j in (self._tree.joint[body] for body in self._tree.order) if j in starts]
+        return tuple(starts[j] + k for j in links for k in range(len(self.mechanism.loops.relations[j].speeds)))
 
     def _link_of(self, body: int) -> int:
         return -1 if body < 0 else self._link_index[body]
@@ -150,16 +160,26 @@ class Driver:
             self._put(link.inverse, sign * np.linalg.pinv(relations[j].rows))
             self._store_objects(link, objects, relations[j].rows)
         for each in tables["driven"]:
+            body = self._tree.order[int(each.link)]
+            j, sign = self._tree.joint[body], self._tree.sign[body]
+            k = int(each.column - tables["links"][int(each.link)].first)
+            self._put(each.unit, 1 / relations[j].speeds[k])
             if each.measure >= 0:
-                body = self._tree.order[int(each.link)]
-                j, sign = self._tree.joint[body], self._tree.sign[body]
-                k = int(each.column - tables["links"][int(each.link)].first)
                 self._put(each.measure, sign * np.linalg.pinv(relations[j].free)[k])
         for cut, j in zip(tables["cuts"], self.closure_joints, strict=True):
             if cut.matrix >= 0:
                 self._put(cut.matrix, relations[j].rows)
             self._store_objects(cut, self._objects[j], relations[j].rows)
         frame = self.mechanism.frame
+        rows = iter(tables["outputs"])
+        for output in self.request.outputs:
+            if len(output) == 1:
+                for speed in relations[output[0]].speeds:
+                    self._put(next(rows).map, speed)
+                continue
+            row = next(rows)
+            if row.rows == 6:
+                self._put(row.map, self.mechanism.to_world)
         for goal, (_, point) in zip(tables["targets"], self.request.targets, strict=True):
             if point is not None:
                 self._put(goal.point, (np.asarray(point, float) - frame.center) / frame.unit)
@@ -208,7 +228,7 @@ class Driver:
 
     def _run(
         self, name: str, each: dict[str, Array], threads: int | None, progress: Callable[[int], None] | None = None,
-        **same: int,
+        **same: Any,
     ) -> None:  # fmt: skip
         """Run an algorithm over items, in parts, each with work arrays of its own."""
         n = len(next(iter(each.values())))
@@ -221,7 +241,7 @@ class Driver:
             check_workspace(
                 call.size, min(n, parallel.thread_count(threads)), f"a mechanism of {len(self._tree.order)} bodies"
             )
-        numbers = {key: np.array([value]) for key, value in same.items()}
+        numbers = {key: np.atleast_1d(value) for key, value in same.items()}
 
         def part(begin: int, end: int) -> None:
             call({key: array[begin:end] for key, array in each.items()}, numbers)
@@ -261,14 +281,35 @@ class Driver:
         size = 8 * len(self._tree.order)
         return self._call("poses").frame({"given": size, "found": size}, same)
 
-    def jacobians(self, motors: Array, general: bool = False, threads: int | None = None) -> tuple[Array, Array, Array]:
-        """Jacobians (items, outputs, inputs) in the mechanism's frame at motors (items, bodies, 8) of it, the largest
-        closure errors, and codes.
+    def points(self, positions: Sequence[Any]) -> Array:
+        """What `jacobians` takes for points of bodies at the start, in the world."""
+        frame = self.mechanism.frame
+        rows = [np.append((np.asarray(p, float) - frame.center) / frame.unit, frame.unit) for p in positions]
+        return np.concatenate([np.zeros(0), *rows])
+
+    def jacobian_frame(
+        self, points: Array, residual: Array, status: Array, general: bool
+    ) -> tuple[ItemFrame, tuple[int, int]] | None:
+        """One Jacobian in a call, see `jacobians`, and its shape; None where there is no such call.
+
+        Pointers to "given", the motors, and to "jacobian" are set for each call.
+        """
+        same = {"points": points, "residuals": residual, "statuses": status}
+        shape = self._tables.outputs, self._tables.inputs
+        sizes = {"given": 8 * len(self._tree.order), "jacobian": math.prod(shape)}
+        frame = self._call("general" if general else "elimination").frame(sizes, same)
+        return None if frame is None else (frame, shape)
+
+    def jacobians(
+        self, motors: Array, points: Array, general: bool = False, threads: int | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Jacobians (items, outputs, inputs) in the world at motors (items, bodies, 8) of the mechanism's frame, the
+        largest closure errors, and codes.
         """
         n, tables = len(motors), self._tables
         matrices, residual, status = np.empty((n, tables.outputs, tables.inputs)), np.empty(n), np.empty(n, np.int64)
         each = {"given": motors, "jacobian": matrices, "residuals": residual, "statuses": status}
-        self._run("general" if general else "elimination", each, threads)
+        self._run("general" if general else "elimination", each, threads, points=points)
         return matrices, residual, status
 
 

@@ -147,7 +147,7 @@ class LoopCall:
                 held[k], strides[k] = loop.hold(array), array.size // n
                 counts[k] = strides[k] // row
             else:
-                held[k] = loop.hold(same[name])
+                held[k], counts[k] = loop.hold(same[name]), same[name].size // row
         if self.is_on_gpu:  # each item has work arrays of its own
             for k, size, dtype in self._work:
                 held[k], strides[k] = loop.work(n * size, dtype), size

@@ -25,7 +25,7 @@ from .jacobian import Analysis, analyze
 from .loop_closure import block_matrix
 from .mobility import NOISE, FreeMotion, SelfStress, free_basis, passive_dof, self_stresses
 from .poses.batch import Poses
-from .poses.item import solve_item
+from .poses.item import jacobian_item, solve_item
 from .poses.jacobians import METHODS, jacobians
 from .poses.solver import solve_poses
 from .velocity_solver import KnownVelocities
@@ -204,6 +204,10 @@ class Mechanism(MechanismDynamics):
         if status and poses is None:
             raise InputError("a status goes with poses.", remedy="Give poses, or look at analysis(...)")
         if poses is not None:
+            if threads is None or (threads.__class__ is int and threads == 1):
+                usual = jacobian_item(self, inputs, outputs, poses, method)
+                if usual is not None:
+                    return (usual, np.zeros((), np.uint8)) if status else usual
             values, codes, _ = jacobians(self, inputs, outputs, poses, method, threads)
             if strict and not status:
                 raise_first(codes, "pose")

@@ -11,8 +11,8 @@ from bladesmith import kinematics as kin
 from bladesmith.codegen.errors import BladesmithError, InputError
 from bladesmith.kinematics.mechanism.poses import item
 
-from ...support.kinematics import ALGEBRAS, AXIS, FourBar, four_bar, hinge
-from ...support.mechanisms.poses import BAR, START, bar, moved
+from ...support.kinematics import ALGEBRAS, AXIS, FourBar, four_bar, hinge, slide, twist
+from ...support.mechanisms.poses import BAR, MOTORS, START, THETA, bar, delta, moved
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -21,8 +21,8 @@ pytestmark = pytest.mark.filterwarnings("error")
 def short(monkeypatch):
     """How many calls took the short way."""
     taken = []
-    call = item.ItemPlan.__call__
-    monkeypatch.setattr(item.ItemPlan, "__call__", lambda *a: (taken.append(call(*a)), taken[-1])[1])
+    call = item.PosePlan.__call__
+    monkeypatch.setattr(item.PosePlan, "__call__", lambda *a: (taken.append(call(*a)), taken[-1])[1])
     return taken
 
 
@@ -135,3 +135,65 @@ def test_threads_have_arrays_of_their_own():
     for k, one in found.items():
         assert_same(one, expected, k)
     assert len(found) == 40
+
+
+# -- Jacobians ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ["elimination", "general"])
+def test_jacobians_have_the_bits_of_a_batch(method):
+    robot, m = delta()
+    q = np.random.default_rng(7).uniform(-0.3, 0.3, (5, 3))
+    poses = m.solve_pose({name: q[:, i] for i, name in enumerate(MOTORS)})
+    place, along = robot.place(THETA), twist(m.algebra, slide(np.eye(3)))
+    requests = [
+        (MOTORS, [("platform", place)]), (list(m.joints[:3]), ["platform", "motor_1"]),
+        ([MOTORS[2], MOTORS[0], MOTORS[1]], [("platform", place), ("upper_1", place + 1)]),
+        (("platform", along), MOTORS), (("platform", 2 * along), MOTORS[::-1]),
+    ]  # fmt: skip
+    for inputs, outputs in requests:
+        values, status = m.jacobian(inputs, outputs, poses=poses, method=method, status=True)
+        assert not status.any()
+        for k in range(len(q)):
+            one = kin.Poses(m, poses.own[k], np.zeros(()), np.zeros((), np.uint8))
+            for _ in range(2):  # the second from what the first has prepared
+                found, code = m.jacobian(inputs, outputs, poses=one, method=method, status=True)
+                np.testing.assert_array_equal(found, values[k])
+                assert code == Status.OK and code.shape == () and code.dtype == np.uint8
+    doubled = m.jacobian(("platform", 2 * along), MOTORS, poses=one)
+    np.testing.assert_allclose(doubled, 2 * m.jacobian(("platform", along), MOTORS, poses=one), rtol=1e-12)
+
+
+def test_jacobians_that_are_none(monkeypatch):
+    m = four_bar([[0, 0, 0], [1.0, 0, 0], [3, 0, 0], [2.5, 0, 0]])  # stretched: the rocker may go either way
+    one, many = (m.solve_pose({"a": x}) for x in (0.0, np.zeros(1)))
+    _, expected = m.jacobian("a", "rocker", poses=many, status=True)
+    _, code = m.jacobian("a", "rocker", poses=one, status=True)
+    assert code == expected[0] != Status.OK
+    with pytest.raises(BladesmithError):
+        m.jacobian("a", "rocker", poses=one)
+    good = bar()
+    at, other = good.solve_pose({"a": 0.1}), good.solve_pose({"a": 0.2})
+    assert good.jacobian("a", "rocker", poses=at).shape == (6, 1)
+    wrong = [
+        (m.joints[0], "rocker"), ("a", "nobody"), ("a", []), (["a", "a"], "rocker"), ("d", "rocker"),
+        ("a", ("rocker", [0, 0])), ("a", "ground"),
+    ]  # fmt: skip
+    for inputs, outputs in wrong:
+        for _ in range(2):
+            with pytest.raises(BladesmithError):
+                good.jacobian(inputs, outputs, poses=at)
+    with pytest.raises(BladesmithError):
+        good.jacobian("a", "rocker", poses=at, threads=0)
+    open_ = kin.Poses(good, np.stack([*at.own[:2], other.own[2]]), np.zeros(()), np.zeros((), np.uint8))
+    assert good.jacobian("a", "rocker", poses=open_, status=True)[1] != Status.OK
+
+
+def test_plans_are_few(monkeypatch):
+    m = four_bar(BAR.places(START))
+    at = m.solve_pose({"a": 0.1})
+    for k in range(3 * item.MOST_PLANS):
+        point = np.array([k, 1.0, 0.0])
+        found = m.jacobian("a", ("crank", point), poses=at)
+        np.testing.assert_allclose(found[:, 0], np.cross(AXIS, moved(at, "crank", point)), atol=1e-10)
+    assert len(m.item_plans) <= item.MOST_PLANS and len(m.drivers) == 2
