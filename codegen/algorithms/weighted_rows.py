@@ -63,7 +63,7 @@ class WeightedRows:
 def weighted_rows(rows: int, size: int, most_dense: int = SPARSE, is_open: bool = False) -> WeightedRows:
     """Systems of up to so many rows of a size, of which zeros are skipped beyond another; the bits are the same.
 
-    If open, that is the largest size, and ``indices.columns`` the one in use.
+    If open, that is the largest size, and ``columns`` is the one in use; else nobody looks at it.
     """
     most = min(rows, size)
     sparse = size > most_dense
@@ -76,17 +76,17 @@ def weighted_rows(rows: int, size: int, most_dense: int = SPARSE, is_open: bool 
         change=Vector[size],
     )  # fmt: skip
     Integers: Any = record(
-        "RowIndices", columns=Int, rank=Int, excess=Int, order=IntVector[most], bodies=IntVector[rows],
+        "RowIndices", rank=Int, excess=Int, order=IntVector[most], bodies=IntVector[rows],
         powers=IntVector[rows],
         first=IntVector[rows], last=IntVector[rows], start=IntVector[most], end=IntVector[most],
     )  # fmt: skip
 
     @still
     def scale_rows(
-        s: InOut[Numbers], indices: InOut[Integers], count: Int, weights: Vector[size], tolerance: Real
+        s: InOut[Numbers], indices: InOut[Integers], count: Int, columns: Int, weights: Vector[size], tolerance: Real
     ) -> None:
         """Weighted rows of length one, what of them counts as zero, and which columns are not zero."""
-        width = indices.columns if is_open else size
+        width = columns if is_open else size
         longest = 0.0
         largest = 0.0
         for i in range(count):
@@ -130,10 +130,10 @@ def weighted_rows(rows: int, size: int, most_dense: int = SPARSE, is_open: bool 
         indices.excess = 0
 
     @algorithm
-    def remove_direction(s: InOut[Numbers], indices: InOut[Integers], count: Int, k: Int) -> None:
+    def remove_direction(s: InOut[Numbers], indices: InOut[Integers], count: Int, columns: Int, k: Int) -> None:
         """Take a direction from the rows that are left."""
         q = empty(size)
-        width = indices.columns if is_open else size
+        width = columns if is_open else size
         for j in range(width):
             q[j] = s.direction[k, j]
         start, end = 0, width
@@ -164,10 +164,10 @@ def weighted_rows(rows: int, size: int, most_dense: int = SPARSE, is_open: bool 
             s.norms[i] = rest
 
     @still
-    def add_direction(s: InOut[Numbers], indices: InOut[Integers], count: Int, limit: Int) -> Bool:
+    def add_direction(s: InOut[Numbers], indices: InOut[Integers], count: Int, columns: Int, limit: Int) -> Bool:
         """One direction more, of the row with the most of its own for its rounding; False if there is none."""
         k = indices.rank
-        width = indices.columns if is_open else size
+        width = columns if is_open else size
         if k >= (min(width, count) if is_open else most):
             return False
         q = empty(size)
@@ -215,31 +215,33 @@ def weighted_rows(rows: int, size: int, most_dense: int = SPARSE, is_open: bool 
         if sparse:
             indices.start[k] = start
             indices.end[k] = end
-        remove_direction(s, indices, count, k)
+        remove_direction(s, indices, count, columns, k)
         return True
 
     @still
     def find_directions(
-        s: InOut[Numbers], indices: InOut[Integers], count: Int, weights: Vector[size], tolerance: Real, limit: Int
-    ) -> None:
+        s: InOut[Numbers], indices: InOut[Integers], count: Int, columns: Int, weights: Vector[size], tolerance: Real,
+        limit: Int,
+    ) -> None:  # fmt: skip
         """Directions of the first rows, as many as the limit at most unless that is zero.
 
         Stages of a step are a little off the constraints, where rows that depend on each other begin to differ: then
         there are no more directions than there were. Rows of which much is rounding come last, and rounding of a row
         is none.
         """
-        scale_rows(s, indices, count, weights, tolerance)
+        scale_rows(s, indices, count, columns, weights, tolerance)
         more = True
         while more:
-            more = add_direction(s, indices, count, limit)
+            more = add_direction(s, indices, count, columns, limit)
 
     @algorithm
     def solve_rows(
-        s: Numbers, indices: Integers, weights: Vector[size], values: Vector[rows], x: InOut[Vector[size]],
+        s: Numbers, indices: Integers, columns: Int, weights: Vector[size], values: Vector[rows],
+        x: InOut[Vector[size]],
         solution: InOut[Vector[most]], change: InOut[Vector[size]],
     ) -> None:  # fmt: skip
         """What `least_change` does."""
-        width = indices.columns if is_open else size
+        width = columns if is_open else size
         for k in range(indices.rank):
             i = indices.order[k]
             value = values[i]
@@ -258,20 +260,21 @@ def weighted_rows(rows: int, size: int, most_dense: int = SPARSE, is_open: bool 
 
     @algorithm
     def least_change_along(
-        s: InOut[Numbers], indices: Integers, weights: Vector[size], values: Vector[rows], x: InOut[Vector[size]],
+        s: InOut[Numbers], indices: Integers, columns: Int, weights: Vector[size], values: Vector[rows],
+        x: InOut[Vector[size]],
         d_s: InOut[Numbers], d_weights: Vector[size], d_values: Vector[rows], d_x: InOut[Vector[size]],
     ) -> None:  # fmt: skip
         """The same with its tangent, of A x = b with x - x0 = G A^T l, and G the squares of the weights.
 
         A dx = db - dA x, dx0 from dG A^T l + G dA^T l on: the directions at hand serve it too, none is differentiated.
         """
-        width = indices.columns if is_open else size
+        width = columns if is_open else size
         force = zeros(size)
         right = empty(rows)
         multipliers = empty(most)
         solved = empty(most)
         change = empty(size)
-        solve_rows(s, indices, weights, values, x, s.solution, s.change)
+        solve_rows(s, indices, columns, weights, values, x, s.solution, s.change)
         for m in range(indices.rank):
             k = indices.rank - 1 - m
             i = indices.order[k]
@@ -288,19 +291,20 @@ def weighted_rows(rows: int, size: int, most_dense: int = SPARSE, is_open: bool 
             if weights[j] > 0.0:
                 force[j] += d_weights[j] / weights[j] * s.change[j]
             d_x[j] += weights[j] * force[j] + d_weights[j] * s.change[j]
-        solve_rows(s, indices, weights, right, d_x, solved, change)
+        solve_rows(s, indices, columns, weights, right, d_x, solved, change)
         for j in range(width):
             d_s.change[j] = force[j] + change[j]
 
     @with_tangent(least_change_along)
     def least_change(
-        s: InOut[Numbers], indices: Integers, weights: Vector[size], values: Vector[rows], x: InOut[Vector[size]]
-    ) -> None:
+        s: InOut[Numbers], indices: Integers, columns: Int, weights: Vector[size], values: Vector[rows],
+        x: InOut[Vector[size]],
+    ) -> None:  # fmt: skip
         """The least change, by energy, of a motion x that gives the rows these values.
 
         In ``change`` it is times the roots of the metric: the rows of the force behind it are that times the roots
         again.
         """
-        solve_rows(s, indices, weights, values, x, s.solution, s.change)
+        solve_rows(s, indices, columns, weights, values, x, s.solution, s.change)
 
     return WeightedRows(Numbers, Integers, scale_rows, add_direction, find_directions, least_change)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import _cffi_backend
 import numpy as np
+from numpy import empty
 
 from ..errors import InputError, ShapeError
 from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
@@ -200,15 +201,20 @@ class CLoop(Loop):
         Of its instance, such as "f64".
     name : str
         Of the loop.
+
+    Attributes
+    ----------
+    run : callable
+        The compiled loop: of pointers, strides, counts, and the range of items.
     """
 
     def __init__(self, library: Any, tag: str, name: str = "bs_loop") -> None:
         ffi = library.ffi
         self.hold, self._new, self._pointers = ffi.from_buffer, ffi.new, ffi.typeof("void *[]")
-        self._run, self._null = getattr(library.lib, f"{name}_{tag}"), ffi.NULL
+        self.run, self._null = getattr(library.lib, f"{name}_{tag}"), ffi.NULL
 
     def bind(self, arrays: Sequence[Any], strides: Any, counts: Any) -> Run:
-        run = partial(self._run, self._new(self._pointers, arrays), strides, counts)
+        run = partial(self.run, self._new(self._pointers, arrays), strides, counts)
         run.__dict__["arrays"] = arrays  # of which the pointers know nothing
         return run
 
@@ -224,11 +230,13 @@ class CLoop(Loop):
         shape : tuple of int
             Of the result.
         """
-        return ItemCall(self._run, partial(self._pointers_of, shared), strides, counts, shape, len(shared))
+        return ItemCall(
+            self.run, partial(self.pointers, [*shared, None, None]), strides, counts, shape, len(shared)
+        )
 
-    def _pointers_of(self, shared: Sequence[Any]) -> Any:
-        null = self._null
-        return self._new(self._pointers, [*shared, null, null])
+    def pointers(self, arrays: Sequence[Any]) -> Any:
+        """Pointers to arrays as `hold` made them, which who calls keeps; null in place of those that calls set."""
+        return self._new(self._pointers, [self._null if a is None else a for a in arrays])
 
     def integers(self, values: Sequence[int]) -> Any:
         return self._new("ptrdiff_t[]", list(values))
@@ -255,7 +263,8 @@ class ItemCall:
     """
 
     def __init__(self, run: Any, new: Callable[[], Any], strides: Any, counts: Any, shape: tuple[int, ...], last: int):
-        self._run, self._new, self._strides, self._counts, self._shape = run, new, strides, counts, shape
+        self._run, self._new, self._strides, self._counts = run, new, strides, counts
+        self._shape, self._size = None if len(shape) == 1 else shape, math.prod(shape)
         self._place, self._free = last, list[Any]()
 
     def __call__(self, row: Array) -> Array | None:
@@ -264,12 +273,14 @@ class ItemCall:
             pointers = self._free.pop()
         except IndexError:
             pointers = self._new()
-        place, result = self._place, np.empty(self._shape)
+        place, result = self._place, empty(self._size)
         held, room = from_buffer(row), from_buffer(result)
         pointers[place], pointers[place + 1] = held, room
         self._run(pointers, self._strides, self._counts, 0, 1)
         self._free.append(pointers)
-        return result if isfinite(np.vdot(result, result)) else None
+        if not isfinite(result.dot(result)):
+            return None
+        return result if self._shape is None else result.reshape(self._shape)
 
 
 class CompiledLoop(Loop):

@@ -123,9 +123,13 @@ def algorithm_extension(
 
 
 def algorithm_files(
-    function: Function, instances: Sequence[Instance] = ONE_BY_ONE, shared: Collection[str] | None = None
-) -> dict[str, str]:
-    """Texts of the C program: the driver, the functions that it includes, and declarations for cffi."""
+    function: Function, instances: Sequence[Instance] = ONE_BY_ONE, shared: Collection[str] | None = None,
+    scratch: Collection[str] = (),
+) -> dict[str, str]:  # fmt: skip
+    """Texts of the C program: the driver, the functions that it includes, and declarations for cffi.
+
+    Where items share parameters, arrays of ``scratch`` are memory that a call brings along; see `lanes_item`.
+    """
     variants = kernel_variants([function])
     elementary = uses_elementary([function])
     kernels = "".join(compiler.print_function(v) for v in variants)
@@ -133,7 +137,7 @@ def algorithm_files(
     if shared is not None:
         lanes = Lanes(function, shared)
         text = lanes_text(lanes)
-        arrays, item = lanes_item(lanes)
+        arrays, item = lanes_item(lanes, scratch)
     values = {"instances": instances, "arrays": arrays, "item": item, "elementary": elementary}
     return {
         "kernels.c": render(_MAIN, function=function, **values),

@@ -83,7 +83,7 @@ class ItemPlan:
         out = np.empty(self._numbers)
         if self._run(self._item, from_buffer(out), *pointers, *self._rest):
             return None
-        return [out[place] if type is None else _wrapped(type, out[place]) for place, type in self._results]
+        return [out[place] if type is None else wrapped(type, out[place]) for place, type in self._results]
 
     def rows(self, pointers: Sequence[Any]) -> list[Any] | None:
         """Coefficients of all results, of one alone as a number; None where one is not as usual."""
@@ -98,10 +98,11 @@ class ItemPlan:
         if self._run(self._item, from_buffer(out), *pointers, *self._rest):
             return None
         place, type = self._results[0]
-        return _wrapped(type, out if len(out) == place.stop else out[place])  # type: ignore[arg-type]
+        return wrapped(type, out if len(out) == place.stop else out[place])  # type: ignore[arg-type]
 
 
-def _wrapped(type: Type, data: NDArray[Any]) -> Any:
+def wrapped(type: Type, data: NDArray[Any]) -> Any:
+    """A single multivector on an array without gaps that nobody else writes to."""
     new = object.__new__(type.algebra.multivector_class)
     new._type = type
     new._data = data

@@ -106,7 +106,7 @@ def rate_algorithms(parts: Parts, k: Any) -> RateAlgorithms:
                 w.wanted[i] = w.right[i] + 2.0 * decay * w.rates[i] + decay * decay * w.errors[i]
             if blurs and p.blurred != 0:
                 blur_by_constraints(bodies, w, p, w.wanted, accelerations)
-            least_change(w[0:numbers_size], p[0:integers_size], w.weights, w.wanted, accelerations)
+            least_change(w[0:numbers_size], p[0:integers_size], 0, w.weights, w.wanted, accelerations)
         return OK
 
     @algorithm

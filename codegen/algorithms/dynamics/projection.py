@@ -190,7 +190,7 @@ def projection_algorithms(parts: Parts, k: Any, rates: RateAlgorithms) -> Projec
     def move_poses(w: InOut[Work], p: InOut[Integers], motors: InOut[Vector[motors_size]]) -> None:
         """Poses by the least motion that makes the errors of the rows at hand zero, to first order."""
         w.step[:] = 0.0
-        least_change(w[0:numbers_size], p[0:integers_size], w.weights, w.errors, w.step)
+        least_change(w[0:numbers_size], p[0:integers_size], 0, w.weights, w.errors, w.step)
         for b in range(bodies_count):
             moved = k.move_by_twist(motors[8 * b : 8 * b + 8], w.step[6 * b : 6 * b + 6])
             motors[8 * b : 8 * b + 8] = k.near_motor(moved)
@@ -199,7 +199,7 @@ def projection_algorithms(parts: Parts, k: Any, rates: RateAlgorithms) -> Projec
     def move_twists(w: InOut[Work], p: InOut[Integers], twists: InOut[Vector[size]]) -> None:
         """Twists by the least change that makes the rates of the rows' errors zero."""
         w.step[:] = 0.0
-        least_change(w[0:numbers_size], p[0:integers_size], w.weights, w.rates, w.step)
+        least_change(w[0:numbers_size], p[0:integers_size], 0, w.weights, w.rates, w.step)
         for j in range(size):
             twists[j] += w.step[j]
 

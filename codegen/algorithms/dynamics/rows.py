@@ -317,12 +317,12 @@ def row_algorithms(parts: Parts, k: Any) -> RowAlgorithms:
                 w.weights[6 * b + j] = bodies[b].roots[j]
         if p.held != 0:
             return OK
-        scale_rows(w[0:numbers_size], p[0:integers_size], p.count, w.weights, tolerance)
+        scale_rows(w[0:numbers_size], p[0:integers_size], p.count, 0, w.weights, tolerance)
         more = True
         while more:
             if stop[0] != 0:
                 return STOPPED
-            more = add_direction(w[0:numbers_size], p[0:integers_size], p.count, p.known_rank)
+            more = add_direction(w[0:numbers_size], p[0:integers_size], p.count, 0, p.known_rank)
         return OK
 
     return RowAlgorithms(fill_rows, constrain)

@@ -309,7 +309,7 @@ def coefficient_algorithm(parts: Parts, series: MotionSeries, rates: RateAlgorit
                 for b in range(bodies_count):
                     for j in range(6):
                         w.accelerations[k, 6 * b + j] = bodies[b].inverse[j] * rows[6 * b + j]
-                least_change(w[0:numbers_size], p[0:integers_size], w.weights, w.goals, w.accelerations[k])
+                least_change(w[0:numbers_size], p[0:integers_size], 0, w.weights, w.goals, w.accelerations[k])
                 find_multipliers(w, p, w.multipliers[k])
                 for j in range(size):
                     rates[j] = fraction * w.accelerations[k, j]

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from functools import cache
 from math import factorial
-from typing import Any
+from typing import Any, TypeVar
 
 from ...algebra.algebra import Algebra, scalar_argument
 from ...algebra.multivector import Multivector, absolute, select
@@ -21,6 +21,7 @@ from ...trace.kernel import Kernel, argument_names
 from ...trace.trace import trace
 from .outcome import as_computed, epsilon
 
+Formula = TypeVar("Formula", bound=Callable[..., Any])
 _ONE = Fraction(1)
 #: Splits a double in halves of 26 and 27 of its 53 digits (Veltkamp).
 SPLITTER_DOUBLE = Fraction(2**27 + 1)
@@ -45,6 +46,20 @@ def two_sum(a: Multivector, b: Multivector) -> tuple[Multivector, Multivector]:
     return total, _rounded_sum(as_computed(a - as_computed(total - part)), as_computed(b - part))
 
 
+def exact_product(*factors: int) -> Callable[[Formula], Formula]:
+    """A mark of formulas: their results are the product of these arguments, and its rounding error.
+
+    C prints the instruction that gives it, where a processor has one.
+    """
+
+    def mark(formula: Formula) -> Formula:
+        formula.exact_factors = factors  # type: ignore[attr-defined]
+        return formula
+
+    return mark
+
+
+@exact_product(0, 1)
 def two_product(a: Multivector, b: Multivector) -> tuple[Multivector, Multivector]:
     """a b, and its rounding error."""
     total = as_computed(a * b)
@@ -55,6 +70,7 @@ def two_product(a: Multivector, b: Multivector) -> tuple[Multivector, Multivecto
     return total, rest
 
 
+@exact_product(0, 0)
 def two_square(a: Multivector) -> tuple[Multivector, Multivector]:
     """a a, and its rounding error."""
     total = as_computed(a * a)

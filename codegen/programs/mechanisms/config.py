@@ -11,6 +11,8 @@ class Link:
 
     Parameters
     ----------
+    body : int
+        Its place among the motors of an item.
     parent : int
         -1: the fixed body.
     free : int
@@ -19,15 +21,19 @@ class Link:
         What the joint forbids; 0 for a link with 6 coordinates.
     layouts : tuple of str
         Of the objects that it shares.
-    driven : bool
-        Whether its coordinates are given.
+    driven : tuple of bool
+        Of each coordinate that is given, whether it is the same after a whole turn.
+    measured : bool
+        Whether those given are coordinates; else they are displacements.
     """
 
+    body: int
     parent: int
     free: int
     rows: int
     layouts: tuple[str, ...]
-    driven: bool = False
+    driven: tuple[bool, ...] = ()
+    measured: bool = False
 
 
 @dataclass(frozen=True)
@@ -60,6 +66,14 @@ class Target:
 
 
 @dataclass(frozen=True)
+class Output:
+    """Requested speeds: the twist of a body, 6 rows; the velocity of a point of it, 3; or of its coordinates, 0."""
+
+    body: int
+    rows: int
+
+
+@dataclass(frozen=True)
 class MechanismConfig:
     """Links, cuts and targets of a mechanism, and its inputs and outputs.
 
@@ -71,10 +85,9 @@ class MechanismConfig:
     targets : tuple of Target
     columns : int
         Speeds of targets that are inputs of a Jacobian; those of driven links come before.
-    outputs : tuple of int
-        Bodies whose twists are asked for.
-    coordinates : tuple of int
-        Links whose speeds are asked for.
+    outputs : tuple of Output
+    inputs : tuple of int
+        Place of each driven coordinate among the inputs of a Jacobian; default: that of its column.
     """
 
     algebra: str
@@ -82,5 +95,5 @@ class MechanismConfig:
     cuts: tuple[Cut, ...] = ()
     targets: tuple[Target, ...] = ()
     columns: int = 0
-    outputs: tuple[int, ...] = ()
-    coordinates: tuple[int, ...] = ()
+    outputs: tuple[Output, ...] = ()
+    inputs: tuple[int, ...] = ()

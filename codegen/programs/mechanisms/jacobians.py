@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from ...algorithms.weighted_rows import WeightedRows
 from ...ir.loops.algorithm import Algorithm as algorithm
 from ...ir.loops.language import InOut, Int, Ints, Matrix, Out, Real, Reals, Rows, Vector, empty
-from .records import Cut, Elimination, Link, Loop, Output, PathStep, Shared, Sizes, Target, Tolerances
+from .records import Cut, Driven, Elimination, Link, Loop, Output, PathStep, Shared, Sizes, Target, Tolerances
 from .rows import MechanismRows, fill_matrix
 
 #: An element of a row that is more than its rounding.
@@ -32,7 +32,7 @@ class JacobianAlgorithms(NamedTuple):
 
 
 @algorithm
-def fill_table(matrix: Matrix, driven: Ints, sizes: Sizes, numbers: Reals, table: Out[Reals]) -> None:
+def fill_table(matrix: Matrix, driven: Rows[Driven], sizes: Sizes, numbers: Reals, table: Out[Reals]) -> None:
     """Rows on unknown speeds, and behind them what each input gives the rows: driven joints, then speeds of targets."""
     n = sizes.columns
     width = n + len(driven) + sizes.speeds
@@ -40,8 +40,8 @@ def fill_table(matrix: Matrix, driven: Ints, sizes: Sizes, numbers: Reals, table
         for j in range(n):
             table[width * i + j] = matrix[i, j]
         for k in range(len(driven)):
-            table[width * i + n + k] = -matrix[i, driven[k]]
-            table[width * i + driven[k]] = 0.0
+            table[width * i + n + k] = -matrix[i, driven[k].column]
+            table[width * i + driven[k].column] = 0.0
         for k in range(sizes.speeds):
             given = 0.0
             if i >= sizes.cuts:
@@ -51,8 +51,8 @@ def fill_table(matrix: Matrix, driven: Ints, sizes: Sizes, numbers: Reals, table
 
 @algorithm
 def eliminate(
-    plan: Elimination, entries: Ints, columns: Int, width: Int, least: Real, table: InOut[Reals], used: InOut[Ints],
-    pivot: InOut[Ints],
+    plan: Elimination, entries: Ints, columns: Int, width: Int, least: Real, table: InOut[Reals], line: InOut[Reals],
+    used: InOut[Ints], pivot: InOut[Ints],
 ) -> None:  # fmt: skip
     """Eliminate the columns of a link, as far as its rows depend on them, by the largest element of these columns."""
     for _ in range(plan.count):
@@ -73,24 +73,32 @@ def eliminate(
         used[row] = FOR_LINK
         pivot[column] = row
         own = width * row
+        divisor = table[own + column]
+        for j in range(plan.first, plan.first + plan.count):
+            line[j] = table[own + j]
+        for m in range(plan.other, plan.other + plan.others):
+            line[entries[m]] = table[own + entries[m]]
+        for j in range(columns, width):
+            line[j] = table[own + j]
         for n in range(plan.row, plan.row + plan.rows):
             other = width * entries[n]
             if used[entries[n]] != 0 or table[other + column] == 0.0:
                 continue
-            share = table[other + column] / table[own + column]
+            share = table[other + column] / divisor
             for j in range(plan.first, plan.first + plan.count):
-                table[other + j] -= share * table[own + j]
+                table[other + j] -= share * line[j]
             for m in range(plan.other, plan.other + plan.others):
-                table[other + entries[m]] -= share * table[own + entries[m]]
+                table[other + entries[m]] -= share * line[entries[m]]
             for j in range(columns, width):
-                table[other + j] -= share * table[own + j]
+                table[other + j] -= share * line[j]
             table[other + column] = 0.0
 
 
 @algorithm
 def reduce_rest(
-    kept: Ints, rows: Int, width: Int, least: Real, table: InOut[Reals], used: InOut[Ints], pivot: InOut[Ints]
-) -> None:
+    kept: Ints, rows: Int, width: Int, least: Real, table: InOut[Reals], line: InOut[Reals], used: InOut[Ints],
+    pivot: InOut[Ints],
+) -> None:  # fmt: skip
     """Eliminate the columns that are left from all rows but one, by the largest element (Gauss and Jordan)."""
     for _ in range(len(kept)):
         row = -1
@@ -110,12 +118,15 @@ def reduce_rest(
         used[row] = FOR_REST
         pivot[column] = row
         own = width * row
+        divisor = table[own + column]
+        for j in range(width):
+            line[j] = table[own + j]
         for i in range(rows):
             if i == row or used[i] == FOR_LINK or table[width * i + column] == 0.0:
                 continue
-            share = table[width * i + column] / table[own + column]
+            share = table[width * i + column] / divisor
             for j in range(width):
-                table[width * i + j] -= share * table[own + j]
+                table[width * i + j] -= share * line[j]
 
 
 @algorithm
@@ -133,19 +144,27 @@ def output_twist(
 
 @algorithm
 def write_outputs(
-    outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], speeds: Vector, inputs: Int,
-    at: Int, jacobian: Out[Reals],
+    outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], maps: Rows[36], numbers: Reals,
+    driven: Rows[Driven], speeds: Vector, inputs: Int, k: Int, jacobian: Out[Reals],
 ) -> None:  # fmt: skip
-    """What is requested, for speeds of all coordinates: a column of a Jacobian, from an offset on."""
+    """What is requested, for speeds of all coordinates with one of an input: its column of a Jacobian."""
+    at = k
+    unit = 1.0
+    if k < len(driven):
+        at = driven[k].place
+        unit = numbers[driven[k].unit]
     twist = empty(6)
     for n in range(len(outputs)):
         output = outputs[n]
         if output.column >= 0:
-            jacobian[at + inputs * output.row] = speeds[output.column]
+            jacobian[at + inputs * output.row] = numbers[output.map] * speeds[output.column] * unit
         else:
             output_twist(output, path, links, free, speeds, twist)
-            for i in range(6):
-                jacobian[at + inputs * (output.row + i)] = twist[i]
+            for i in range(output.rows):
+                total = 0.0
+                for j in range(6):
+                    total += maps[n, 6 * i + j] * twist[j]
+                jacobian[at + inputs * (output.row + i)] = total * unit
 
 
 @algorithm
@@ -167,10 +186,10 @@ def largest_output(
 
 
 @algorithm
-def checked(status: Int, x: Reals, first: Int, count: Int) -> Int:
+def checked(status: Int, x: Reals) -> Int:
     """The status of a Jacobian, unless some of its numbers are not finite."""
     finite = True
-    for i in range(first, first + count):
+    for i in range(len(x)):
         finite = finite and abs(x[i]) < HUGE
     return status if finite else NOT_FINITE
 
@@ -192,7 +211,7 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
     @algorithm
     def fill_rows(
         links: Rows[Link], shared: Rows[Shared], cuts: Rows[Cut], targets: Rows[Target], loops: Rows[Loop],
-        path: Rows[PathStep], driven: Ints, sizes: Sizes, numbers: Reals, relative: Rows[8],
+        path: Rows[PathStep], driven: Rows[Driven], sizes: Sizes, numbers: Reals, relative: Rows[8],
         motors: InOut[Rows[8]], carry: InOut[Rows[36]], free: InOut[Rows[6]], rows: InOut[Rows[6]],
         errors: InOut[Reals], off: InOut[Reals], table: Out[Reals], s: InOut[Numbers],
     ) -> Real:  # fmt: skip
@@ -209,8 +228,9 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
 
     @algorithm
     def solve_rest(
-        outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], driven: Ints, kept: Ints,
-        sizes: Sizes, open_: Real, table: Reals, used: Ints, pivot: Ints, first: Int, jacobian: Out[Reals],
+        outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], driven: Rows[Driven], kept: Ints,
+        sizes: Sizes, numbers: Reals, maps: Rows[36], open_: Real, table: Reals, used: Ints, pivot: Ints,
+        jacobian: Out[Reals],
     ) -> Int:  # fmt: skip
         """Columns of the Jacobian from the eliminated rows: the status."""
         speeds = empty(room)
@@ -237,8 +257,8 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
                 if pivot[j] >= 0:
                     speeds[j] = table[width * pivot[j] + columns + k] / table[width * pivot[j] + j]
             for n in range(len(driven)):
-                speeds[driven[n]] = 1.0 if n == k else 0.0
-            write_outputs(outputs, path, links, free, speeds, inputs, first + k, jacobian)
+                speeds[driven[n].column] = 1.0 if n == k else 0.0
+            write_outputs(outputs, path, links, free, maps, numbers, driven, speeds, inputs, k, jacobian)
         for k in range(len(kept)):  # what no row defines may move, and what hangs on it
             column = kept[k]
             if pivot[column] >= 0:
@@ -256,42 +276,40 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
     @algorithm
     def elimination(
         links: Rows[Link], shared: Rows[Shared], cuts: Rows[Cut], targets: Rows[Target], loops: Rows[Loop],
-        path: Rows[PathStep], driven: Ints, sizes: Sizes, numbers: Reals, tolerances: Tolerances,
+        path: Rows[PathStep], driven: Rows[Driven], sizes: Sizes, numbers: Reals, tolerances: Tolerances,
         outputs: Rows[Output], plan: Rows[Elimination], entries: Ints, kept: Ints,
-        poses: Rows[8], jacobian: Out[Reals], residuals: Out[Reals], statuses: Out[Ints],
+        points: Reals, given: Rows[8], jacobian: Out[Reals], residuals: Out[Reals], statuses: Out[Ints],
         relative: InOut[Rows[8]], motors: InOut[Rows[8]], carry: InOut[Rows[36]], free: InOut[Rows[6]],
-        rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], table: InOut[Reals], used: InOut[Ints],
-        pivot: InOut[Ints], s: InOut[Numbers],
+        rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], maps: InOut[Rows[36]], table: InOut[Reals],
+        line: InOut[Reals], used: InOut[Ints], pivot: InOut[Ints], s: InOut[Numbers],
     ) -> None:  # fmt: skip
-        """Jacobians at poses, links as parents see them: status, and the largest error of what joints share."""
+        """The Jacobian at motors of bodies, its status, and the largest error of what joints share."""
         width = sizes.columns + len(driven) + sizes.speeds
-        count = (width - sizes.columns) * sizes.outputs
         least = tolerances.redundant
-        for item in range(len(residuals)):
-            for b in range(len(links)):
-                relative[b][:] = poses[len(links) * item + b]
-            residuals[item] = fill_rows(
-                links, shared, cuts, targets, loops, path, driven, sizes, numbers, relative, motors, carry, free, rows,
-                errors, off, table, s,
-            )  # fmt: skip
-            for i in range(sizes.rows):
-                used[i] = 0
-            for j in range(sizes.columns):
-                pivot[j] = -1
-            for n in range(len(plan)):
-                eliminate(plan[n], entries, sizes.columns, width, least, table, used, pivot)
-            reduce_rest(kept, sizes.rows, width, least, table, used, pivot)
-            status = solve_rest(
-                outputs, path, links, free, driven, kept, sizes, tolerances.open, table, used, pivot, count * item,
-                jacobian,
-            )  # fmt: skip
-            statuses[item] = checked(status, jacobian, count * item, count)
+        r.set_links(links, given, relative)
+        residuals[0] = fill_rows(
+            links, shared, cuts, targets, loops, path, driven, sizes, numbers, relative, motors, carry, free, rows,
+            errors, off, table, s,
+        )  # fmt: skip
+        r.set_maps(outputs, numbers, points, motors, maps)
+        for i in range(sizes.rows):
+            used[i] = 0
+        for j in range(sizes.columns):
+            pivot[j] = -1
+        for n in range(len(plan)):
+            eliminate(plan[n], entries, sizes.columns, width, least, table, line, used, pivot)
+        reduce_rest(kept, sizes.rows, width, least, table, line, used, pivot)
+        status = solve_rest(
+            outputs, path, links, free, driven, kept, sizes, numbers, maps, tolerances.open, table, used, pivot,
+            jacobian,
+        )  # fmt: skip
+        statuses[0] = checked(status, jacobian)
 
     @algorithm
     def solve_directions(
-        outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], driven: Ints, sizes: Sizes,
-        tolerances: Tolerances, table: Reals, first: Int, jacobian: Out[Reals], s: InOut[Numbers],
-        indices: InOut[Indices],
+        outputs: Rows[Output], path: Rows[PathStep], links: Rows[Link], free: Rows[6], driven: Rows[Driven],
+        sizes: Sizes, numbers: Reals, maps: Rows[36], tolerances: Tolerances, table: Reals, jacobian: Out[Reals],
+        s: InOut[Numbers], indices: InOut[Indices],
     ) -> Int:  # fmt: skip
         """Columns of the Jacobian by orthogonal directions of all rows: the status."""
         weights = empty(room)
@@ -301,22 +319,21 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
         inputs = len(driven) + sizes.speeds
         width = columns + inputs
         status = DONE
-        indices.columns = columns
         for j in range(columns):
             weights[j] = 1.0
         for n in range(len(driven)):
-            weights[driven[n]] = 0.0
+            weights[driven[n].column] = 0.0
         for i in range(sizes.rows):
             s.sizes[i] = 0.0
             s.noise[i] = 0.0
-        find_directions(s, indices, sizes.rows, weights, tolerances.redundant, 0)
+        find_directions(s, indices, sizes.rows, columns, weights, tolerances.redundant, 0)
         for k in range(inputs):
             most = 0.0
             for i in range(sizes.rows):
                 values[i] = table[width * i + columns + k]
             for j in range(columns):
                 speeds[j] = 0.0
-            least_change(s, indices, weights, values, speeds)
+            least_change(s, indices, columns, weights, values, speeds)
             for i in range(sizes.rows):
                 rest = values[i]
                 for j in range(columns):
@@ -325,8 +342,8 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
             if most > tolerances.open:
                 status = NOT_ALLOWED
             for n in range(len(driven)):
-                speeds[driven[n]] = 1.0 if n == k else 0.0
-            write_outputs(outputs, path, links, free, speeds, inputs, first + k, jacobian)
+                speeds[driven[n].column] = 1.0 if n == k else 0.0
+            write_outputs(outputs, path, links, free, maps, numbers, driven, speeds, inputs, k, jacobian)
         for c in range(columns):  # unit speeds, less what rows see of them
             if weights[c] == 0.0:
                 continue
@@ -346,25 +363,23 @@ def jacobian_algorithms(r: MechanismRows, system: WeightedRows, room: int) -> Ja
     @algorithm
     def general(
         links: Rows[Link], shared: Rows[Shared], cuts: Rows[Cut], targets: Rows[Target], loops: Rows[Loop],
-        path: Rows[PathStep], driven: Ints, sizes: Sizes, numbers: Reals, tolerances: Tolerances,
+        path: Rows[PathStep], driven: Rows[Driven], sizes: Sizes, numbers: Reals, tolerances: Tolerances,
         outputs: Rows[Output],
-        poses: Rows[8], jacobian: Out[Reals], residuals: Out[Reals], statuses: Out[Ints],
+        points: Reals, given: Rows[8], jacobian: Out[Reals], residuals: Out[Reals], statuses: Out[Ints],
         relative: InOut[Rows[8]], motors: InOut[Rows[8]], carry: InOut[Rows[36]], free: InOut[Rows[6]],
-        rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], table: InOut[Reals], s: InOut[Numbers],
-        indices: InOut[Indices],
+        rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], maps: InOut[Rows[36]], table: InOut[Reals],
+        s: InOut[Numbers], indices: InOut[Indices],
     ) -> None:  # fmt: skip
         """As `elimination`, all unknown speeds at once: the least ones."""
-        count = (len(driven) + sizes.speeds) * sizes.outputs
-        for item in range(len(residuals)):
-            for b in range(len(links)):
-                relative[b][:] = poses[len(links) * item + b]
-            residuals[item] = fill_rows(
-                links, shared, cuts, targets, loops, path, driven, sizes, numbers, relative, motors, carry, free, rows,
-                errors, off, table, s,
-            )  # fmt: skip
-            status = solve_directions(
-                outputs, path, links, free, driven, sizes, tolerances, table, count * item, jacobian, s, indices
-            )
-            statuses[item] = checked(status, jacobian, count * item, count)
+        r.set_links(links, given, relative)
+        residuals[0] = fill_rows(
+            links, shared, cuts, targets, loops, path, driven, sizes, numbers, relative, motors, carry, free, rows,
+            errors, off, table, s,
+        )  # fmt: skip
+        r.set_maps(outputs, numbers, points, motors, maps)
+        status = solve_directions(
+            outputs, path, links, free, driven, sizes, numbers, maps, tolerances, table, jacobian, s, indices
+        )
+        statuses[0] = checked(status, jacobian)
 
     return JacobianAlgorithms(elimination, general)

@@ -11,7 +11,7 @@ from ...algebra.closed_kinds import closed_kinds
 from ...build import text_cache
 from ...errors import InputError
 from ...formulas.mechanics import joints, mechanics, pins
-from ...targets.c.instances import ONE_BY_ONE
+from ...targets.c.instances import ONE_BY_ONE, Instance
 from ...targets.c.source import ExtensionSource
 from .. import KernelSpec, extension_of, stock_algebra
 
@@ -23,8 +23,10 @@ if TYPE_CHECKING:
 ALGEBRAS = ("cga3d", "pga3d")
 #: Rows and columns that an algorithm has room for.
 CLASSES = (32, 96, 256, 512, 1024, 2048, 4096, 8192)
-#: The algorithms: links from motors, poses, Jacobians by elimination and by all rows at once.
-NAMES = ("relative_motors", "poses", "elimination", "general")
+#: What each item has of its own, beside its results; the rest is shared, or work arrays.
+OWN = ("given", "wanted", "goals")
+#: The algorithms: poses, Jacobians by elimination and by all rows at once.
+NAMES = ("poses", "elimination", "general")
 #: Options of the compiler. Jacobians are short sums: gcc's vectors of them take up to a third longer.
 _OPTIONS = dict.fromkeys(("elimination", "general"), ("-fno-tree-vectorize",))
 _SOURCES = (
@@ -65,11 +67,12 @@ def algorithms_of(algebra: str, room: int) -> dict[str, Algorithm]:
         raise InputError(f"mechanisms are compiled in {' and '.join(ALGEBRAS)}, not in {algebra!r}.")
     motor = stock_algebra(algebra).kind("motor").blades
     kernels = mechanism_kernels(algebra)
-    rows = row_algorithms(kernels, tuple(float(not blade) for blade in motor))
+    identity = tuple(float(not blade) for blade in motor)
+    rows = row_algorithms(kernels, identity)
     system = weighted_rows(room, room, is_open=True)
     jacobians = jacobian_algorithms(rows, system, room)
     return {
-        "relative_motors": rows.relative_motors, "poses": pose_algorithm(kernels, rows, system, room),
+        "poses": pose_algorithm(kernels, rows, identity, system, room),
         "elimination": jacobians.elimination, "general": jacobians.general,
     }  # fmt: skip
 
@@ -80,17 +83,29 @@ def mechanism_function(algebra: str, room: int, name: str) -> Function:
     return algorithm.specialised([p.type for p in algorithm.text.parameters])
 
 
-def mechanism_extension(algebra: str, room: int, name: str) -> tuple[ExtensionSource, str]:
-    """C text of one of `NAMES`, ready to compile, and the tag of its loop."""
-    instance = ONE_BY_ONE[0]
+def mechanism_extension(
+    algebra: str, room: int, name: str, instance: Instance = ONE_BY_ONE[0]
+) -> tuple[ExtensionSource, str]:
+    """C text of one of `NAMES`, ready to compile, and the tag of its loop.
+
+    Parameters
+    ----------
+    instance : Instance
+        With `wide_instance` several items are computed at once.
+    """
 
     def make() -> str:
         from ..algorithms import algorithm_files
 
-        return json.dumps(algorithm_files(mechanism_function(algebra, room, name), (instance,)))
+        function = mechanism_function(algebra, room, name)
+        if not instance.wide:
+            return json.dumps(algorithm_files(function, (instance,)))
+        shared = {p.name for p in function.parameters if p.access == "in"} - set(OWN)
+        scratch = [p.name for p in function.parameters if p.access == "inout"]
+        return json.dumps(algorithm_files(function, (instance,), shared, scratch))
 
     sources = (*_SOURCES, f"specs/{algebra}.toml")
-    text = text_cache.made_once("mechanism", sources, f"{algebra}_{room}_{name}.json", make)
+    text = text_cache.made_once("mechanism", sources, f"{algebra}_{room}_{name}_{instance.tag}.json", make)
     extension = extension_of(f"mechanism_{algebra}_{room}_{name}", json.loads(text))
     return replace(extension, options=_OPTIONS.get(name, ())), instance.tag
 

@@ -10,13 +10,18 @@ from typing import Any
 from ...ir.loops.language import Int, Real
 from ...ir.loops.records import record
 
-#: A body, and the joint towards its parent, -1: the fixed body; parents come first. Its columns: the first, and how
-#: many; offset of their twists in its parent's frame. What the joint forbids: how many rows, offsets of the inverse
-#: (6, m) of its rows and of its values (m); its objects: the first, and how many. Whether bodies have it as a parent.
+#: A body, its place among those of an item, and the joint towards its parent, -1: the fixed body; parents come first.
+#: Its columns: the first, and how many; offset of their twists in its parent's frame. What the joint forbids: how many
+#: rows, offsets of the inverse (6, m) of its rows and of its values (m); its objects: the first, and how many. Whether
+#: bodies have it as a parent.
 Link: Any = record(
-    "Link", parent=Int, first=Int, count=Int, free=Int, rows=Int, inverse=Int, values=Int, object=Int, objects=Int,
-    bears=Int,
+    "Link", body=Int, parent=Int, first=Int, count=Int, free=Int, rows=Int, inverse=Int, values=Int, object=Int,
+    objects=Int, bears=Int,
 )  # fmt: skip
+#: A coordinate that is given: its column and its link; offset of the row (6) that measures it in a displacement, or
+#: -1 where not coordinates are given but displacements; whether it is the same after a whole turn; its place among the
+#: inputs of a Jacobian, and the offset of the factor of what it is given in.
+Driven: Any = record("Driven", column=Int, link=Int, measure=Int, turns=Int, place=Int, unit=Int)
 #: An object that the bodies of a joint share: index of its layout, coefficients, their offset, and that of the
 #: object's part (m, coefficients) of the joint's rows.
 Shared: Any = record("Shared", layout=Int, length=Int, offset=Int, part=Int)
@@ -40,6 +45,7 @@ Sizes: Any = record("Sizes", rows=Int, columns=Int, cuts=Int, goals=Int, speeds=
 #: step at most, in radians and in the mechanism's unit; errors that are zero; and errors that are rounding once they
 #: decrease no more.
 Tolerances: Any = record("Tolerances", redundant=Real, open=Real, step=Real, closed=Real, nearly=Real)
-#: A requested speed: that of a column, one row; or, where this is -1, the twist of a body, six rows, by the steps of
-#: its path. Its first row.
-Output: Any = record("Output", row=Int, column=Int, step=Int, steps=Int)
+#: A requested speed: that of a column, one row, times the number at the offset ``map``; or, where this is -1, the twist
+#: of a body by the steps of its path, six rows, by the matrix there, or three, the velocity of a point: its place and
+#: the unit of length are among the points of a call, at that offset. Its first row, and how many.
+Output: Any = record("Output", row=Int, rows=Int, column=Int, body=Int, map=Int, step=Int, steps=Int)

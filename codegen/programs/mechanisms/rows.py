@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from ...ir.loops.algorithm import Algorithm as algorithm
 from ...ir.loops.language import InOut, Int, Matrix, Out, Real, Reals, Rows, Vector, empty
-from .records import Cut, Link, Loop, PathStep, Shared, Target
+from .records import Cut, Link, Loop, Output, PathStep, Shared, Target
 
 
 class MechanismKernels(NamedTuple):
@@ -33,12 +33,13 @@ class MechanismKernels(NamedTuple):
 class MechanismRows(NamedTuple):
     """What a pose says of joints and targets."""
 
-    relative_motors: algorithm
+    set_links: algorithm
     forward_kinematics: algorithm
     link_residuals: algorithm
     loop_residuals: algorithm
     target_rows: algorithm
     target_residuals: algorithm
+    set_maps: algorithm
 
 
 @algorithm
@@ -89,17 +90,16 @@ def row_algorithms(k: MechanismKernels, identity: tuple[float, ...]) -> Mechanis
     largest = max(size for _, size, _ in k.transforms)
 
     @algorithm
-    def relative_motors(links: Rows[Link], given: Rows[8], found: Out[Rows[8]]) -> None:
-        """Bodies of all items as their parents see them, from their motors."""
+    def set_links(links: Rows[Link], given: Rows[8], relative: Out[Rows[8]]) -> None:
+        """Bodies as their parents see them, from their motors."""
         base = empty(8)
-        bodies = len(links)
-        for n in range(len(given)):
-            parent = links[n % bodies].parent
-            if parent < 0:
+        for b in range(len(links)):
+            link = links[b]
+            if link.parent < 0:
                 base[:] = identity
             else:
-                base[:] = given[n - n % bodies + parent]
-            found[n][:] = k.relative(base, given[n])
+                base[:] = given[links[link.parent].body]
+            relative[b][:] = k.relative(base, given[link.body])
 
     @algorithm
     def forward_kinematics(
@@ -253,6 +253,24 @@ def row_algorithms(k: MechanismKernels, identity: tuple[float, ...]) -> Mechanis
                 errors[target.first + i] = -twist[i]
         return worst
 
+    @algorithm
+    def set_maps(outputs: Rows[Output], numbers: Reals, points: Reals, motors: Rows[8], maps: InOut[Rows[36]]) -> None:
+        """Matrices from twists of bodies to what is requested of them, in units of the world."""
+        position = empty(3)
+        rates = empty(6, 3)
+        for n in range(len(outputs)):
+            output = outputs[n]
+            if output.column >= 0:
+                continue
+            if output.rows == 6:
+                maps[n][:] = numbers[output.map : output.map + 36]
+                continue
+            position[:] = k.moved_point(motors[output.body], points[output.map : output.map + 3])
+            rates[:] = k.point_rates(position)
+            for i in range(3):
+                for j in range(6):
+                    maps[n, 6 * i + j] = rates[j, i] * points[output.map + 3]
+
     return MechanismRows(
-        relative_motors, forward_kinematics, link_residuals, loop_residuals, target_rows, target_residuals
+        set_links, forward_kinematics, link_residuals, loop_residuals, target_rows, target_residuals, set_maps
     )

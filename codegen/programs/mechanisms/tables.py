@@ -48,6 +48,7 @@ class MechanismTables:
         return {
             "relative": (bodies, 8), "motors": (bodies, 8), "carry": (bodies, 36), "free": (columns, 6),
             "rows": (rows, 6), "errors": (rows,), "off": (6 * bodies,), "table": (rows * (columns + self.inputs),),
+            "maps": (len(self.arguments["outputs"]), 36), "line": (columns + self.inputs,),
             "used": (rows,), "pivot": (columns,),
         }  # fmt: skip
 
@@ -88,6 +89,7 @@ def mechanism_tables(needs: MechanismConfig) -> MechanismTables:
     layouts = {name: (index, size) for index, (name, size) in enumerate(layouts_of(needs.algebra))}
     shared, path = _Rows(records.Shared), _Rows(records.PathStep)
     links, cuts, targets = _Rows(records.Link), _Rows(records.Cut), _Rows(records.Target)
+    driven = _Rows(records.Driven)
     loops, outputs = _Rows(records.Loop), _Rows(records.Output)
 
     def take(count: int) -> int:
@@ -112,9 +114,13 @@ def mechanism_tables(needs: MechanismConfig) -> MechanismTables:
     bearers = {link.parent for link in needs.links}
     for b, link in enumerate(needs.links):
         links.add(
-            parent=link.parent, first=column, count=link.free, free=take(6 * link.free), rows=link.rows,
+            body=link.body, parent=link.parent, first=column, count=link.free, free=take(6 * link.free), rows=link.rows,
             inverse=take(6 * link.rows), values=take(link.rows), bears=int(b in bearers), **add_objects(link),
         )  # fmt: skip
+        for k, turns in enumerate(link.driven):
+            measure = take(6) if link.measured else -1
+            place = needs.inputs[len(driven.rows)] if needs.inputs else len(driven.rows)
+            driven.add(column=column + k, link=b, measure=measure, turns=int(turns), place=place, unit=take(1))
         column += link.free
     for cut in needs.cuts:
         matrix = take(6 * cut.rows)
@@ -130,28 +136,31 @@ def mechanism_tables(needs: MechanismConfig) -> MechanismTables:
         loops.add(first=row, rows=target.rows, **add_path(signed_loop_path(needs.links, -1, target.body)))
         row += target.rows
         goals += 8 if target.rows == 6 else 3
-    for i, body in enumerate(needs.outputs):
-        steps = [(x, 1) for x in path_to_ground(needs.links, body)]
-        outputs.add(row=6 * i, column=-1, **add_path(steps))
     link_table = links.array()
-    count = 6 * len(needs.outputs)
-    for b in needs.coordinates:
-        for j in _columns(link_table, b):
-            outputs.add(row=count, column=j, step=0, steps=0)
+    count = points = 0
+    for output in needs.outputs:
+        if output.rows:
+            steps = add_path([(x, 1) for x in path_to_ground(needs.links, output.body)])
+            offset = take(36) if output.rows == 6 else points
+            points += 4 * (output.rows == 3)
+            outputs.add(row=count, rows=output.rows, column=-1, body=output.body, map=offset, **steps)
+            count += output.rows
+            continue
+        for j in _columns(link_table, output.body):
+            outputs.add(row=count, rows=1, column=j, body=output.body, map=take(1), step=0, steps=0)
             count += 1
-    driven = [j for b, link in enumerate(needs.links) if link.driven for j in _columns(link_table, b)]
     sizes = _Rows(records.Sizes)
     sizes.add(
         rows=row, columns=column, cuts=of_cuts, goals=goals, speeds=needs.columns,
         right=take((row - of_cuts) * needs.columns), outputs=count,
     )  # fmt: skip
-    plan, entries, kept = _elimination(needs, link_table, loops.array(), path.array(), driven, column)
+    plan, entries, kept = _elimination(needs, link_table, loops.array(), path.array(), driven.array(), column)
     arguments = {
         "links": link_table, "shared": shared.array(), "cuts": cuts.array(), "targets": targets.array(),
-        "loops": loops.array(), "path": path.array(), "driven": np.array(driven, np.int64), "sizes": sizes.array()[0],
+        "loops": loops.array(), "path": path.array(), "driven": driven.array(), "sizes": sizes.array()[0],
         "outputs": outputs.array(), "plan": plan, "entries": entries, "kept": kept,
     }  # fmt: skip
-    return MechanismTables(arguments, at, goals, len(driven) + needs.columns, count, class_of(max(row, column)))
+    return MechanismTables(arguments, at, goals, len(driven.rows) + needs.columns, count, class_of(max(row, column)))
 
 
 def _columns(links: Array, body: int) -> range:
@@ -160,19 +169,22 @@ def _columns(links: Array, body: int) -> range:
 
 
 def _elimination(
-    needs: MechanismConfig, links: Array, loops: Array, path: Array, driven: list[int], columns: int
+    needs: MechanismConfig, links: Array, loops: Array, path: Array, driven: Array, columns: int
 ) -> tuple[Array, Array, Array]:
     """Order of elimination of the unknown columns that are not requested, fewest rows first.
 
     The table, its lists of rows and columns, and the columns that are left.
     """
-    wanted = {x for body in needs.outputs for x in path_to_ground(needs.links, body)} | set(needs.coordinates)
+    given = {int(each.column) for each in driven}
+    wanted: set[int] = set()
+    for output in needs.outputs:
+        wanted.update(path_to_ground(needs.links, output.body) if output.rows else [output.body])
     open_ = [b for b, link in enumerate(needs.links) if not link.driven and link.free and b not in wanted]
     rows: dict[int, set[int]] = {b: set() for b in range(len(needs.links))}
     for loop in loops:
         for step in path[loop.step : loop.step + loop.steps]:
             rows[int(step.link)] |= set(range(int(loop.first), int(loop.first + loop.rows)))
-    plan, gone = _Rows(records.Elimination), set(driven)
+    plan, gone = _Rows(records.Elimination), set(given)
     entries: list[int] = []
     while open_:
         best = min(open_, key=lambda b: (len(rows[b]), b))
@@ -183,7 +195,7 @@ def _elimination(
                 other |= taken
         if taken:
             own = _columns(links, best)
-            others = {j for b in rows if rows[b] & taken for j in _columns(links, b)} - set(driven)
+            others = {j for b in rows if rows[b] & taken for j in _columns(links, b)} - given
             plan.add(
                 first=own.start, count=len(own), row=len(entries), rows=len(taken),
                 other=len(entries) + len(taken), others=len(others),

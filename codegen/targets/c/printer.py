@@ -58,6 +58,15 @@ class CPrinter(Printer):
         return lines
 
 
+#: A product and its rounding error (`exact_product` of formulas/products/double_double.py) where one instruction gives
+#: the error: short of underflow and overflow the bits of Dekker's sums.
+_PRODUCT = """#ifdef BS_PRODUCT_ERROR
+const V product = {a} * {b};
+{outputs[0]}[0] = product;
+{outputs[1]}[0] = BS_PRODUCT_ERROR({a}, {b}, product);
+#else"""
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One array of a kernel function, as templates see it."""
@@ -102,11 +111,15 @@ def c_function(variant: Variant) -> Function:
             label = "" if output.kind.form == "numbers" else f" /* {output.kind.algebra.blade_name(blade)} */"
             stores.append(f"{output.name}[{j}] = {text};{label}")
         start += len(output.nodes)
+    lines = loads + unused + statements + stores
+    if factors := getattr(kernel.formula, "exact_factors", None):
+        a, b = (f"{kernel.inputs[k].name}_in[0]" for k in factors)
+        lines = [*_PRODUCT.format(a=a, b=b, outputs=[o.name for o in kernel.outputs]).split("\n"), *lines, "#endif"]
     return Function(
         symbol(kernel),
         f"{symbol(kernel)}: {comment_text(kernel.note or kernel.name)} {variant.operations.text()}",
         tuple(Parameter(i.name, i.kind.size) for i in kernel.inputs),
         tuple(Parameter(o.name, len(o.nodes), o.role == "status") for o in kernel.outputs),
-        tuple(loads + unused + statements + stores),
+        tuple(lines),
         any(node.op in ELEMENTARY for node in printer.nodes),
     )

@@ -249,6 +249,11 @@ BS_INLINE void FN(cga3d_delta_forward_numbers3_numbers6_numbers2)(BS_APART(V, y,
 /* cga3d_two_square: a a, and its rounding error. 6 mul, 6 add, 14 other. */
 BS_INLINE void FN(cga3d_two_square)(BS_APART(V, out, 1), BS_APART(V, out1, 1), BS_APART(const V, a_in, 1))
 {
+  #ifdef BS_PRODUCT_ERROR
+  const V product = a_in[0] * a_in[0];
+  out[0] = product;
+  out1[0] = BS_PRODUCT_ERROR(a_in[0], a_in[0], product);
+  #else
   const V a_s = a_in[0];
   const V t0 = a_s * a_s;
   const V t1 = SPLAT(BS_EPSILON);
@@ -266,6 +271,7 @@ BS_INLINE void FN(cga3d_two_square)(BS_APART(V, out, 1), BS_APART(V, out1, 1), B
   const V t13 = t11 + t12;
   out[0] = t0; /* 1 */
   out1[0] = t13; /* 1 */
+  #endif
 }
 
 /* cga3d_two_sum: a + b, and its rounding error. 0 mul, 6 add, 6 other. */
@@ -286,6 +292,11 @@ BS_INLINE void FN(cga3d_two_sum)(BS_APART(V, out, 1), BS_APART(V, out1, 1), BS_A
 /* cga3d_two_product: a b, and its rounding error. 7 mul, 10 add, 20 other. */
 BS_INLINE void FN(cga3d_two_product)(BS_APART(V, out, 1), BS_APART(V, out1, 1), BS_APART(const V, a_in, 1), BS_APART(const V, b_in, 1))
 {
+  #ifdef BS_PRODUCT_ERROR
+  const V product = a_in[0] * b_in[0];
+  out[0] = product;
+  out1[0] = BS_PRODUCT_ERROR(a_in[0], b_in[0], product);
+  #else
   const V a_s = a_in[0];
   const V b_s = b_in[0];
   const V t0 = a_s * b_s;
@@ -310,6 +321,7 @@ BS_INLINE void FN(cga3d_two_product)(BS_APART(V, out, 1), BS_APART(V, out1, 1), 
   const V t19 = t17 + t18;
   out[0] = t0; /* 1 */
   out1[0] = t19; /* 1 */
+  #endif
 }
 
 /* cga3d_delta_inverse_precise_numbers3_numbers6_numbers3: `inverse` with all digits next to singular poses, too, where it has half of them. 218 mul, 401 add, 640 other. */

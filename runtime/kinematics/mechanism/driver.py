@@ -5,6 +5,7 @@ The only module that knows what the algorithms take (codegen/programs/mechanisms
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,16 +13,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.programs.mechanisms.config import Cut, Link, MechanismConfig, Target
+from ...codegen.execute.items import CLoop
+from ...codegen.programs.mechanisms.config import Cut, Link, MechanismConfig, Output, Target
 from ...codegen.programs.mechanisms.program import work_of
 from ...codegen.programs.mechanisms.tables import mechanism_tables
+from ...codegen.targets.c.instances import ONE_BY_ONE
 from ...common import parallel
 from ...common.memory import check_workspace, filled
-from .loop_calls import LoopCall, mechanism_loop
+from ...mechanics.joints.local_relations import SLIDE
+from ...mechanics.twists import rotational_mask
+from .loop_calls import ItemFrame, LoopCall, mechanism_loop, wide_instance
 from .shared_objects import SharedObjects, shared_objects
 from .structure import Assembly
 
 Array = NDArray[Any]
+#: Items, and steps of their paths together, from which on several are computed at once: their program is compiled then,
+#: and lanes without an item cost as much as those with one.
+WIDE_BATCH, WIDE_STEPS = 6, 256
 #: Code of a pose or Jacobian that was found, as in codegen/programs/mechanisms/poses.py and jacobians.py.
 DONE = 0
 #: Code of a pose whose search stalled.
@@ -60,17 +68,14 @@ class DriverRequest:
         Bodies with target poses; or with a point, in the world at the start, that has a target position.
     inputs : array (6, k) or None
         Twists of the first target, in the world, that are inputs.
-    outputs : tuple of int
-        Bodies whose twists are outputs.
-    coordinates : tuple of int
-        Joints whose speeds are outputs.
+    outputs : tuple
+        ``(joint,)``: its speeds; ``(body, False)``: its twist in the world, ``(body, True)``: the velocity of a point.
     """
 
     driven: tuple[int, ...] = ()
     targets: tuple[tuple[int, Any], ...] = ()
     inputs: Any = None
-    outputs: tuple[int, ...] = ()
-    coordinates: tuple[int, ...] = ()
+    outputs: tuple[tuple[int] | tuple[int, bool], ...] = ()
 
 
 class Driver:
@@ -83,7 +88,7 @@ class Driver:
         self._tables = mechanism_tables(self._program_needs())
         self.numbers = np.zeros(self._tables.size)
         self._store()
-        self._calls: dict[str, LoopCall] = {}
+        self._calls: dict[tuple[str, bool], LoopCall] = {}
 
     # -- parameters -------------------------------------------------------------------------------------
 
@@ -96,11 +101,16 @@ class Driver:
             parent = self._link_of(tree.parent[body])
             objects = self._objects[j]
             if objects.varying:
-                links.append(Link(parent, 6, 0, ()))
+                links.append(Link(body, parent, 6, 0, ()))
             else:
                 relation = mechanism.loops.relations[j]
-                driven = j in self.request.driven
-                links.append(Link(parent, relation.free.shape[1], len(relation.rows), objects.layouts, driven))
+                driven = turning_coordinates(mechanism, j) if j in self.request.driven else ()
+                links.append(
+                    Link(
+                        body, parent, relation.free.shape[1], len(relation.rows), objects.layouts, driven,
+                        has_coordinates(mechanism, j),
+                    )
+                )  # fmt: skip
         for j in self.closure_joints:
             a, b = (self._link_of(x) for x in tree.ends[j])
             objects = self._objects[j]
@@ -108,11 +118,24 @@ class Driver:
             cuts.append(Cut(a, b, rows, objects.layouts, objects.varying))
         targets = tuple(Target(self._link_of(b), 6 if point is None else 3) for b, point in self.request.targets)
         columns = 0 if self.request.inputs is None else np.shape(self.request.inputs)[1]
-        outputs = tuple(self._link_of(b) for b in self.request.outputs)
-        coordinates = tuple(self._link_of(tree.child_of[j]) for j in self.request.coordinates)
-        return MechanismConfig(
-            mechanism.algebra.name, tuple(links), tuple(cuts), targets, columns, outputs, coordinates
+        outputs = tuple(
+            Output(self._link_of(tree.child_of[x[0]]), 0)
+            if len(x) == 1
+            else Output(self._link_of(x[0]), 3 if x[1] else 6)
+            for x in self.request.outputs
         )
+        return MechanismConfig(
+            mechanism.algebra.name, tuple(links), tuple(cuts), targets, columns, outputs, self._places()
+        )
+
+    def _places(self) -> tuple[int, ...]:
+        """Of the driven coordinates, in the order of links, those in the order of the request."""
+        starts, at = {}, 0
+        for j in self.request.driven:
+            starts[j] = at
+            at += len(self.mechanism.loops.relations[j].speeds)
+        links = [j for j in (self._tree.joint[body] for body in self._tree.order) if j in starts]
+        return tuple(starts[j] + k for j in links for k in range(len(self.mechanism.loops.relations[j].speeds)))
 
     def _link_of(self, body: int) -> int:
         return -1 if body < 0 else self._link_index[body]
@@ -136,11 +159,27 @@ class Driver:
             self._put(link.free, sign * relations[j].free.T)
             self._put(link.inverse, sign * np.linalg.pinv(relations[j].rows))
             self._store_objects(link, objects, relations[j].rows)
+        for each in tables["driven"]:
+            body = self._tree.order[int(each.link)]
+            j, sign = self._tree.joint[body], self._tree.sign[body]
+            k = int(each.column - tables["links"][int(each.link)].first)
+            self._put(each.unit, 1 / relations[j].speeds[k])
+            if each.measure >= 0:
+                self._put(each.measure, sign * np.linalg.pinv(relations[j].free)[k])
         for cut, j in zip(tables["cuts"], self.closure_joints, strict=True):
             if cut.matrix >= 0:
                 self._put(cut.matrix, relations[j].rows)
             self._store_objects(cut, self._objects[j], relations[j].rows)
         frame = self.mechanism.frame
+        rows = iter(tables["outputs"])
+        for output in self.request.outputs:
+            if len(output) == 1:
+                for speed in relations[output[0]].speeds:
+                    self._put(next(rows).map, speed)
+                continue
+            row = next(rows)
+            if row.rows == 6:
+                self._put(row.map, self.mechanism.to_world)
         for goal, (_, point) in zip(tables["targets"], self.request.targets, strict=True):
             if point is not None:
                 self._put(goal.point, (np.asarray(point, float) - frame.center) / frame.unit)
@@ -174,76 +213,116 @@ class Driver:
         )  # fmt: skip
         return {"numbers": self.numbers, "tolerances": np.array(tolerances), "rounds": np.array([ROUNDS])}
 
-    def _call(self, name: str) -> LoopCall:
-        call = self._calls.get(name)
+    def _call(self, name: str, is_wide: bool = False) -> LoopCall:
+        call = self._calls.get((name, is_wide))
         if call is None:
-            tables = self._tables
-            loop, entry = mechanism_loop(self.mechanism.algebra.name, tables.room, name, self.mechanism.target)
+            tables, algebra, target = self._tables, self.mechanism.algebra.name, self.mechanism.target
+            instance = wide_instance(tables.room, target) if is_wide else None
+            one = ONE_BY_ONE[0]
+            loop, parameters = mechanism_loop(algebra, tables.room, name, target, instance or one)
             work = {**tables.work(), **work_of(tables.room)}
-            call = self._calls[name] = LoopCall(loop, entry, {**tables.arguments, **self._options()}, work)
+            lanes = 8 * int(instance.bytes) // instance.bits if instance and isinstance(loop, CLoop) else 1
+            call = LoopCall(loop, parameters, {**tables.arguments, **self._options()}, work, lanes)
+            self._calls[name, is_wide] = call
         return call
 
     def _run(
         self, name: str, each: dict[str, Array], threads: int | None, progress: Callable[[int], None] | None = None,
-        **same: int,
+        **same: Any,
     ) -> None:  # fmt: skip
         """Run an algorithm over items, in parts, each with work arrays of its own."""
-        call, n = self._call(name), len(next(iter(each.values())))
+        n = len(next(iter(each.values())))
+        steps = math.prod(each["residuals"].shape)
+        call = self._call(name, n >= WIDE_BATCH and steps >= WIDE_STEPS)
         chunk = None
         if call.is_on_gpu:
             threads, chunk = 1, max(1, MOST_ON_GPU // max(1, call.size))
         else:
             check_workspace(
-                call.size, min(n, parallel.thread_count(threads)), f"a mechanism of {len(self.order)} bodies"
+                call.size, min(n, parallel.thread_count(threads)), f"a mechanism of {len(self._tree.order)} bodies"
             )
-        numbers = {key: np.array([value]) for key, value in same.items()}
+        numbers = {key: np.atleast_1d(value) for key, value in same.items()}
 
         def part(begin: int, end: int) -> None:
             call({key: array[begin:end] for key, array in each.items()}, numbers)
 
-        parallel.run(part, n, threads, chunk, progress)
-
-    def links(self, motors: Array, threads: int | None = None) -> Array:
-        """Links (items, bodies, 8) of bodies at motors (items, bodies, 8), in the driver's order."""
-        links = np.empty_like(motors)
-        self._run("relative_motors", {"given": motors, "found": links}, threads)
-        return links
-
-    @property
-    def order(self) -> list[int]:
-        """The body of each link."""
-        return self._tree.order
+        parallel.run(part, n, threads, chunk, progress, unit=call.lanes)
 
     def blank_poses(self, paths: int, steps: int) -> dict[str, Array]:
         """Motors (paths, steps, bodies, 8), largest remaining errors and codes (paths, steps): nothing is found yet."""
         shape = (paths, steps)
         return {
-            "motors": filled((*shape, len(self.order), 8), np.nan), "residual": np.full(shape, np.nan),
+            "motors": filled((*shape, len(self._tree.order), 8), np.nan), "residual": np.full(shape, np.nan),
             "status": np.full(shape, LATE, np.int64),
         }  # fmt: skip
 
     def poses(
-        self, links: Array, driven: Array, targets: Array, results: dict[str, Array], threads: int | None = None,
-        progress: Callable[[int], None] | None = None,
+        self, motors: Array, driven: Array, targets: Array, results: dict[str, Array], follows: bool,
+        threads: int | None = None, progress: Callable[[int], None] | None = None,
     ) -> None:  # fmt: skip
-        """Solve for poses with given displacements of driven coordinates and targets of bodies, into `blank_poses`.
+        """Solve for poses with given driven coordinates and targets of bodies, into `blank_poses`.
 
-        Arguments have axes (paths, steps, ...): each step of a path starts from the one before it. Links are changed in
-        place; progress is in paths.
+        Motors (paths, bodies, 8) are those to start from, the other arguments have axes (paths, steps, ...): each step
+        of a path starts from the one before it. Driven coordinates are in the joints' units, those of joints without
+        `has_coordinates` displacements; if they follow, they count whole turns from the start. Progress is in paths.
         """
         each = {
-            "given": links, "to_go": driven, "goals": targets, "found": results["motors"],
+            "given": motors, "wanted": driven, "goals": targets, "found": results["motors"],
             "residuals": results["residual"], "statuses": results["status"],
         }  # fmt: skip
-        self._run("poses", each, threads, progress, steps=links.shape[1])
+        self._run("poses", each, threads, progress, follows=int(follows))
 
-    def jacobians(self, links: Array, general: bool = False, threads: int | None = None) -> tuple[Array, Array, Array]:
-        """Jacobians (items, outputs, inputs) in the mechanism's frame, the largest closure errors, and codes."""
-        n, tables = len(links), self._tables
+    def pose_frame(self, driven: Array, residual: Array, status: Array, follows: Array) -> ItemFrame | None:
+        """The search for one pose in a call, see `poses`; None where there is none.
+
+        Pointers to the motors to start from, "given", and to those that are found, "found", are set for each call.
+        """
+        same = {"wanted": driven, "residuals": residual, "statuses": status, "follows": follows, "goals": np.zeros(0)}
+        size = 8 * len(self._tree.order)
+        return self._call("poses").frame({"given": size, "found": size}, same)
+
+    def points(self, positions: Sequence[Any]) -> Array:
+        """What `jacobians` takes for points of bodies at the start, in the world."""
+        frame = self.mechanism.frame
+        rows = [np.append((np.asarray(p, float) - frame.center) / frame.unit, frame.unit) for p in positions]
+        return np.concatenate([np.zeros(0), *rows])
+
+    def jacobian_frame(
+        self, points: Array, residual: Array, status: Array, general: bool
+    ) -> tuple[ItemFrame, tuple[int, int]] | None:
+        """One Jacobian in a call, see `jacobians`, and its shape; None where there is no such call.
+
+        Pointers to "given", the motors, and to "jacobian" are set for each call.
+        """
+        same = {"points": points, "residuals": residual, "statuses": status}
+        shape = self._tables.outputs, self._tables.inputs
+        sizes = {"given": 8 * len(self._tree.order), "jacobian": math.prod(shape)}
+        frame = self._call("general" if general else "elimination").frame(sizes, same)
+        return None if frame is None else (frame, shape)
+
+    def jacobians(
+        self, motors: Array, points: Array, general: bool = False, threads: int | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Jacobians (items, outputs, inputs) in the world at motors (items, bodies, 8) of the mechanism's frame, the
+        largest closure errors, and codes.
+        """
+        n, tables = len(motors), self._tables
         matrices, residual, status = np.empty((n, tables.outputs, tables.inputs)), np.empty(n), np.empty(n, np.int64)
-        each = {"poses": links, "jacobian": matrices, "residuals": residual, "statuses": status}
-        self._run("general" if general else "elimination", each, threads)
+        each = {"given": motors, "jacobian": matrices, "residuals": residual, "statuses": status}
+        self._run("general" if general else "elimination", each, threads, points=points)
         return matrices, residual, status
+
+
+def has_coordinates(mechanism: Assembly, joint: int) -> bool:
+    """Whether a joint has one or two coordinates that its displacement says, by itself but for whole turns."""
+    return len(mechanism.loops.relations[joint].speeds) <= 2 and not mechanism.joints[joint].pitch
+
+
+def turning_coordinates(mechanism: Assembly, joint: int) -> tuple[bool, ...]:
+    """Of each coordinate of a joint, whether it is the same after a whole turn."""
+    free = mechanism.loops.relations[joint].free
+    turns = np.abs(free[rotational_mask(mechanism.algebra)]).max(0) > SLIDE
+    return tuple((turns & (not mechanism.joints[joint].pitch)).tolist())  # another turn of a screw is another place
 
 
 def driver_of(assembly: Assembly, **request: Any) -> Driver:

@@ -26,6 +26,7 @@ from .jacobian import Analysis, analyze
 from .loop_closure import block_matrix
 from .mobility import NOISE, FreeMotion, SelfStress, free_basis, passive_dof, self_stresses
 from .poses.batch import Poses
+from .poses.item import jacobian_item, solve_item
 from .poses.jacobians import METHODS, jacobians
 from .poses.solver import solve_poses
 from .velocity_solver import KnownVelocities
@@ -204,6 +205,10 @@ class Mechanism(MechanismDynamics):
         if status and poses is None:
             raise InputError("a status goes with poses.", remedy="Give poses, or look at analysis(...)")
         if poses is not None:
+            if threads is None or (threads.__class__ is int and threads == 1):
+                usual = jacobian_item(self, inputs, outputs, poses, method)
+                if usual is not None:
+                    return (usual, np.zeros((), np.uint8)) if status else usual
             values, codes, _ = jacobians(self, inputs, outputs, poses, method, threads)
             if strict and not status:
                 raise_first(codes, "pose")
@@ -304,6 +309,10 @@ class Mechanism(MechanismDynamics):
             On an interrupt. As that of an `ExecutorError`, its ``partial`` is the poses so far: NaN, and NOT_CONVERGED
             where nothing is proved, for those that were not looked at.
         """
+        if targets is None and path is False and threads is None and progress is False and executor is None:
+            usual = solve_item(self, driven, start, strict)
+            if usual is not None:
+                return usual
         return solve_poses(
             self, {} if driven is None else driven, {} if targets is None else targets, start, path, threads, strict,
             progress, executor,

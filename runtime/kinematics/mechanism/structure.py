@@ -276,6 +276,11 @@ class Assembly:
         return {}
 
     @cached_property
+    def item_plans(self) -> dict[Any, Any]:
+        """What calls of single poses share, by the joints that they drive; see `poses.item`."""
+        return {}
+
+    @cached_property
     def tree(self) -> Tree:
         """The spanning tree of bodies, and the joints that close loops."""
         freedoms = [x.free.shape[1] for x in self._relations_and_frame[0]]

@@ -28,7 +28,7 @@ from ...common.validation import (
 )
 from ...core.multivector import Multivector
 from ...dispatch.algorithm_loops import TARGETS
-from ...dispatch.item_plans import is_plain
+from ...dispatch.item_plans import is_plain, wrapped
 from ...dispatch.item_statuses import array_result, invalidate_nonfinite, raise_first
 from ...dispatch.multivector_data import Statuses
 from ...dispatch.types import Type
@@ -221,7 +221,7 @@ class SerialChainData(JointDynamics):
             call = self.driver.motor_of_item
             motor = None if call is None else call(q)  # type: ignore[arg-type]
             if motor is not None:
-                return self.algebra.multivector_class._make(self._motor, motor, ())
+                return wrapped(self._motor, motor)  # type: ignore[no-any-return]
         x = self.coordinates(q)
         every = as_bool(all, "all")
         motors = self.driver.forward(x.reshape(-1, self.count), every, threads)

@@ -23,6 +23,7 @@
 #define BS_INT int64_t
 #define BS_UINT uint64_t
 #define BS_SQRT1 sqrt
+#define BS_FMA1 __builtin_fma
 #define BS_ABS1 fabs
 #define BS_SIGN_BIT (-(int64_t)0x7fffffffffffffff - 1)
 #define BS_EPSILON 2.220446049250313e-16
@@ -32,6 +33,7 @@
 #define BS_INT int32_t
 #define BS_UINT uint32_t
 #define BS_SQRT1 sqrtf
+#define BS_FMA1 __builtin_fmaf
 #define BS_ABS1 fabsf
 #define BS_SIGN_BIT (-(int32_t)0x7fffffff - 1)
 #define BS_EPSILON 1.1920928955078125e-07
@@ -154,6 +156,17 @@ BS_INLINE V FN(sqrt)(V v) /* compilers make one instruction of it */
   for (int l = 0; l < W; l++) root[l] = BS_SQRT1(v[l]);
   return root;
 }
+
+#if BS_BYTES == 64 /* AVX-512 has it: the exact rounding error of a b, which is p, in place of Dekker's sums */
+#define BS_PRODUCT_ERROR(a, b, p) FN(product_error)(a, b, p)
+BS_INLINE V FN(product_error)(V a, V b, V p)
+{
+  V rest = p; /* each lane is replaced */
+  BS_UNROLL
+  for (int l = 0; l < W; l++) rest[l] = BS_FMA1(a[l], b[l], -p[l]);
+  return rest;
+}
+#endif
 
 BS_INLINE int FN(any)(M m)
 {

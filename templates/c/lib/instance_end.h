@@ -30,6 +30,8 @@
 #undef BS_INT
 #undef BS_UINT
 #undef BS_SQRT1
+#undef BS_FMA1
+#undef BS_PRODUCT_ERROR
 #undef BS_ABS1
 #undef BS_SIGN_BIT
 #undef BS_EPSILON

@@ -25,8 +25,8 @@ def solver(which):
         values: Vector[ROWS], x: InOut[Vector[SIZE]],
     ) -> None:  # fmt: skip
         """Directions of rows, and the least change."""
-        find(s, p, count, weights, tolerance, limit)
-        change(s, p, weights, values, x)
+        find(s, p, count, SIZE, weights, tolerance, limit)
+        change(s, p, SIZE, weights, values, x)
 
     return solved
 

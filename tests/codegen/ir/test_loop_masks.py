@@ -149,11 +149,25 @@ def sort_of(x: InOut[Vector[6]], order: Out[IntVector[6]]) -> Int:
     return swaps
 
 
+@algorithm
+def recount(x: InOut[Vector[6]], k: Int, n: Int) -> None:
+    """Loops of one name, from one place for all items and from places of their own."""
+    for i in range(n):
+        x[i] *= 2.0
+    for i in range(k, 6):
+        x[max(i, 0)] += 1.0
+    for i in range(max(k, 0)):
+        if x[i % 6] > 4.0:
+            break
+        x[i % 6] -= float(i)
+
+
 def cases() -> dict[str, tuple[Any, tuple[Any, ...], tuple[str, ...]]]:
     """Algorithms, arguments, and what is shared."""
     rng = np.random.default_rng(1)
     x = rng.normal(scale=3.0, size=(ITEMS, 3))
     x[::10, 1], x[::11, 0] = np.nan, -0.0
+    x6 = rng.normal(scale=3.0, size=(ITEMS, 6))
     x4, k, flag = np.column_stack([x, x[:, 0]]), rng.integers(-3, 7, ITEMS), rng.integers(0, 2, ITEMS).astype(bool)
     motor = (cga.translator([1.0, 2.0, 3.0]) * cga.rotor([1.0, 0.5, 0.2], 0.7)).as_kind("motor").values
     motors = np.tile(motor, (ITEMS, 1))
@@ -175,6 +189,8 @@ def cases() -> dict[str, tuple[Any, tuple[Any, ...], tuple[str, ...]]]:
         "guarded": (guard, (some, counts, places), ()),
         "guarded, one row": (guard, (some[0], counts, places[0]), ("x", "t")),
         "guarded, one count": (guard, (some, np.array(3), places), ("n",)),
+        "counting": (recount, (x6, k, np.array(5)), ("n",)),
+        "counting, one start": (recount, (x6, np.array(2), k), ("k",)),
         "sorting": (sort_of, (rng.normal(size=(ITEMS, 6)),), ()),
     }  # fmt: skip
 

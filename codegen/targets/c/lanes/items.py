@@ -16,8 +16,12 @@ from .varying import Lanes
 LANES_TAG = "f64_v3"
 
 
-def lanes_item(lanes: Lanes) -> tuple[list[str], list[str]]:
-    """Arrays of a loop over items, and statements that compute those from item i on; see algorithm.c.j2."""
+def lanes_item(lanes: Lanes, scratch: Collection[str] = ()) -> tuple[list[str], list[str]]:
+    """Arrays of a loop over items, and statements that compute those from item i on; see algorithm.c.j2.
+
+    Arrays of ``scratch`` are memory for vectors, of as many numbers for each lane, and for one vector more: nothing is
+    brought there, and nothing fetched.
+    """
     root = lanes.root
     arrays, load, arguments, store = [], [], [], []
     for k, p in enumerate(root.parameters):
@@ -25,7 +29,12 @@ def lanes_item(lanes: Lanes) -> tuple[list[str], list[str]]:
         given, is_array = f"({stored_type(p.type)} *)arrays[{k}]", isinstance(p.type, ArrayType)
         size = str(p.type.size) if isinstance(p.type, ArrayType) else "1"
         size += f" * counts[{k}]" if isinstance(p.type, ArrayType) and p.type.is_open else ""
-        if p.name in lanes.names[root]:
+        if p.name in scratch:
+            vector, own = _vector_of(p.type)[0], f"{p.name}_lanes_"
+            aligned = f"((uintptr_t)arrays[{k}] + sizeof(V) - 1) & ~(uintptr_t)(sizeof(V) - 1)"
+            arrays.append(f"{vector} *const {own} = ({vector} *)({aligned});")
+            arguments.append(own)
+        elif p.name in lanes.names[root]:
             own, row = f"{p.name}_lanes_", f"{given} + i * strides[{k}], strides[{k}], {size}, lanes"
             vector, bits = _vector_of(p.type)
             room = f"{size} > 0 ? {size} : 1" if "counts" in size else size  # C has no arrays without numbers

@@ -210,11 +210,14 @@ class _Masker(CallMasker):
         """The loop that all items run; its body begins with who has left."""
         variable, step = statement.variable, statement.step
         start, stop = self.expression(statement.start), self.expression(statement.stop)
-        if not varies(self.names, start) and not varies(self.names, stop):
-            return For(variable, start, stop, step, ())
-        end = self.guards.named("last", stop)
-        repeated = For(variable, start, integer(_ENDLESS if step > 0 else -_ENDLESS), step, ())
-        if varies(self.names, start):
+        if not varies(self.names, start):
+            counter = self._counter(variable, body)
+            if not varies(self.names, stop):
+                return For(counter, start, stop, step, ())
+            repeated = For(counter, start, integer(_ENDLESS if step > 0 else -_ENDLESS), step, ())
+            end = self.guards.named("last", stop)
+        else:
+            end = self.guards.named("last", stop)
             first, count = self.guards.named("first", start), self.guards.fresh("step", INT, is_shared=True)
             repeated = For(count, integer(0), integer(_ENDLESS), 1, ())
             body.append(Assign(variable, Binary("+", first, Binary("*", integer(step), count, INT), INT)))
@@ -222,12 +225,22 @@ class _Masker(CallMasker):
         body.append(Assign(inside, both(inside, condition)))
         return repeated
 
+    def _counter(self, variable: Variable, body: list[Statement]) -> Variable:
+        """What counts steps that all items share: another, where a loop of the same name has steps that differ."""
+        if variable.name not in self.names:
+            return variable
+        count = self.guards.fresh("step", INT, is_shared=True)
+        body.append(Assign(variable, count))
+        return count
+
     def _common_loop(self, statement: For | While, known: set[str]) -> None:
         self.loops.append(ParallelLoop(None, len(self.regions)))
         if isinstance(statement, For):
             start, stop = self.expression(statement.start), self.expression(statement.stop)
+            begin: list[Statement] = []
+            counter = self._counter(statement.variable, begin)
             body = self._inner(statement.body, {*known, statement.variable.name})
-            self.out.append(For(statement.variable, start, stop, statement.step, body))
+            self.out.append(For(counter, start, stop, statement.step, (*begin, *body)))
         else:
             self.out.append(While(statement.condition, self._inner(statement.body, known)))
         self.loops.pop()

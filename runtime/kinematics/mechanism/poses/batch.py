@@ -16,6 +16,7 @@ from ....dispatch.formulas import evaluate
 from ....dispatch.multivector_data import statuses
 from ....mechanics.arguments import multivector_of
 from ....mechanics.twists import screw_vectors
+from ....status import Status
 from ..structure import Assembly
 
 Array = NDArray[Any]
@@ -40,6 +41,13 @@ class Poses(Mapping[str, Multivector]):
     def __init__(self, mechanism: Assembly, own: Array, residual: Array, status: Array) -> None:
         self.mechanism, self.own, self.residual = mechanism, own, residual
         self.status = statuses(status, status.shape)
+
+    @classmethod
+    def of_item(cls, mechanism: Assembly, own: Array, residual: Any) -> Poses:
+        """One pose that was found."""
+        new = cls.__new__(cls)
+        new.mechanism, new.own, new.residual, new.status = mechanism, own, np.array(residual), Status.OK
+        return new
 
     @cached_property
     def _motors(self) -> Array:

@@ -24,7 +24,7 @@ from ..reachability import is_too_far
 from ..structure import Assembly
 from .batch import Poses, motor_coefficients, poses_of
 from .coupled_joints import add_followers
-from .targets import forward_fill, joint_displacement
+from .targets import forward_fill, wanted_coordinates
 
 Array = NDArray[Any]
 _OF_POSES = {DONE: Status.OK, STUCK: Status.NOT_CONVERGED, LATE: Status.NOT_CONVERGED, NOT_FINITE: Status.INVALID}
@@ -54,22 +54,22 @@ def solve_poses(
     if path and not shape:
         raise ShapeError("a path has an axis of steps: values (..., steps).")
     count = int(np.prod(shape))
-    links, bad = initial_links(mechanism, driver, begin, shape, threads)
+    motors, bad = initial_motors(mechanism, begin, shape)
     given = [np.broadcast_to(v, (*shape, v.shape[-1])) for v in (*joints.values(), *(v for *_, v in aims))]
     bad = bad.reshape(shape) | np.any([~np.isfinite(v).all(-1) for v in given], 0)
     given = [forward_fill(v, bad, path) for v in given]
-    ways = {j: joint_displacement(mechanism, j, begin, v, path) for j, v in zip(joints, given, strict=False)}
-    order = sorted(ways, key=lambda j: driver.order.index(mechanism.tree.child_of[j]))
-    to_go = np.concatenate([np.zeros((*shape, 0)), *(ways[j] for j in order)], -1)
-    wanted = np.concatenate([np.zeros((*shape, 0)), *given[len(joints) :]], -1)
+    ways = {j: wanted_coordinates(mechanism, j, begin, v, path) for j, v in zip(joints, given, strict=False)}
+    order = sorted(ways, key=lambda j: mechanism.tree.order.index(mechanism.tree.child_of[j]))
+    coordinates = np.concatenate([np.zeros((*shape, 0)), *(ways[j] for j in order)], -1)
+    goals = np.concatenate([np.zeros((*shape, 0)), *given[len(joints) :]], -1)
     steps = shape[-1] if path and count else 1
     paths = count // steps
-    first = links.reshape(paths, steps, *links.shape[1:])
-    to_go, wanted = (np.array(x.reshape(paths, steps, x.shape[-1]), order="C") for x in (to_go, wanted))
+    first = np.ascontiguousarray(motors.reshape(paths, steps, *motors.shape[1:])[:, 0])
+    coordinates, goals = (x.reshape(paths, steps, x.shape[-1]) for x in (coordinates, goals))
     results = driver.blank_poses(paths, steps)
 
     def poses() -> Poses:
-        motors, residual, code = (results[name].reshape(count, *results[name].shape[2:]) for name in results)
+        own, residual, code = (results[name].reshape(count, *results[name].shape[2:]) for name in results)
         status = _POSES[code].reshape(shape)
         missed = np.flatnonzero(status == Status.NOT_CONVERGED)
         if len(missed):
@@ -77,8 +77,6 @@ def solve_poses(
             aimed = [(body, at, v) for (body, at, _), v in zip(aims, rows[len(joints) :], strict=True)]
             far = is_too_far(mechanism, dict(zip(joints, rows, strict=False)), aimed, len(missed))
             status.flat[missed[far]] = Status.UNREACHABLE
-        own = np.empty((count, len(mechanism.moving), 8))
-        own[:, driver.order] = motors
         own[(code != DONE) | bad.ravel()] = np.nan
         status[bad], residual[bad.ravel()] = Status.INVALID, np.nan
         return Poses(mechanism, own.reshape(*shape, *own.shape[1:]), residual.reshape(shape), status)
@@ -86,10 +84,10 @@ def solve_poses(
     with open_progress(progress, "poses", "poses", count) as report, keep_partial(poses):
         if executor is None:
             tell = None if progress is False else lambda n: report(n * steps)
-            driver.poses(first, to_go, wanted, results, threads, tell)
+            driver.poses(first, coordinates, goals, results, begin is not None, threads, tell)
         else:
-            task, grain = _PoseTask(mechanism, request, threads), max(1, POSES_PER_CALL // steps)
-            columns = (first, to_go, wanted)
+            task, grain = _PoseTask(mechanism, request, begin is not None, threads), max(1, POSES_PER_CALL // steps)
+            columns = (first, coordinates, goals)
             fill_parts(executor, task, _solve_part, columns, "poses", results, lambda n: report(n * steps), grain)
     solved = poses()
     if raises:
@@ -99,20 +97,21 @@ def solve_poses(
 
 @dataclass(frozen=True, eq=False)
 class _PoseTask(Task):
-    """A mechanism, and which of its joints are driven and which bodies have targets."""
+    """A mechanism, which of its joints are driven, which bodies have targets, whether coordinates follow a start."""
 
     mechanism: Assembly
     request: dict[str, Any]
+    follows: bool
     threads: int | None
 
-    def prepare(self) -> tuple[Driver, int]:
-        return driver_of(self.mechanism, **self.request), 1 if self.threads is None else self.threads
+    def prepare(self) -> tuple[Driver, bool, int]:
+        return driver_of(self.mechanism, **self.request), self.follows, 1 if self.threads is None else self.threads
 
 
-def _solve_part(state: tuple[Driver, int], links: Array, driven: Array, targets: Array) -> dict[str, Array]:
-    driver, threads = state
-    results = driver.blank_poses(*links.shape[:2])
-    driver.poses(np.array(links), driven, targets, results, threads)  # links are changed, and may be the caller's
+def _solve_part(state: tuple[Driver, bool, int], motors: Array, driven: Array, targets: Array) -> dict[str, Array]:
+    driver, follows, threads = state
+    results = driver.blank_poses(*driven.shape[:2])
+    driver.poses(motors, driven, targets, results, follows, threads)
     return results
 
 
@@ -163,17 +162,13 @@ def _targets(mechanism: Assembly, targets: Mapping[Any, Any]) -> list[tuple[int,
     return found
 
 
-def initial_links(
-    mechanism: Assembly, driver: Driver, begin: Poses | None, shape: tuple[int, ...], threads: int | None
-) -> tuple[Array, Array]:
-    """Links (items, bodies, 8) to start from, and the mask (items,) of those that are not finite."""
+def initial_motors(mechanism: Assembly, begin: Poses | None, shape: tuple[int, ...]) -> tuple[Array, Array]:
+    """Motors (items, bodies, 8) to start from, and the mask (items,) of those that are not finite."""
     count, bodies = int(np.prod(shape)), len(mechanism.moving)
-    links, bad = np.zeros((count, bodies, 8)), np.zeros(count, bool)
-    links[..., mechanism.algebra.kind("motor").blades.index(0)] = 1
+    own, bad = np.zeros((count, bodies, 8)), np.zeros(count, bool)
+    own[..., mechanism.algebra.kind("motor").blades.index(0)] = 1
     if begin is None or not bodies:
-        return links, bad
+        return own, bad
     motors = np.broadcast_to(begin.own, (*shape, bodies, 8)).reshape(count, bodies, 8)
     bad = ~np.isfinite(motors).all((-1, -2))
-    if bad.any():
-        motors = np.where(bad[:, None, None], links, motors)
-    return driver.links(np.ascontiguousarray(motors[:, driver.order]), threads), bad
+    return np.where(bad[:, None, None], own, motors) if bad.any() else np.ascontiguousarray(motors), bad

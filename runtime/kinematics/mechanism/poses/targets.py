@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from ....core.multivector import Multivector
 from ....dispatch.formulas import evaluate
-from ....mechanics.joints.local_relations import SLIDE
-from ....mechanics.twists import rotational_mask
+from ..driver import has_coordinates
 from ..structure import Assembly
 from .batch import Poses
 
@@ -30,14 +29,16 @@ def forward_fill(values: Array, bad: Array, path: bool) -> Array:
     return np.where(np.isfinite(filled), filled, 0.0)
 
 
-def joint_displacement(mechanism: Assembly, joint: int, begin: Poses | None, values: Array, path: bool) -> Array:
-    """Displacement of a joint's coordinates (..., f) from the previous item of a path or from ``begin``, in its units.
+def wanted_coordinates(mechanism: Assembly, joint: int, begin: Poses | None, values: Array, path: bool) -> Array:
+    """What a driver takes for coordinates (..., f) of a joint: themselves, in its units, or displacements.
 
-    Coordinates of joints with one or two degrees of freedom are subtracted; for joints with three or more the
-    displacement is the screw between the two poses.
+    Displacements are from the previous item of a path or from ``begin``; for joints with three or more degrees of
+    freedom they are the screw between the two poses.
     """
     relation = mechanism.loops.relations[joint]
     scaled = values / relation.speeds
+    if has_coordinates(mechanism, joint):
+        return np.asarray(scaled)
     count = scaled.shape[-1]
     first = np.zeros(count) if begin is None else begin.coordinates(mechanism.joints[joint]) / relation.speeds
     first = np.where(np.isfinite(first), first, 0.0)
@@ -46,11 +47,6 @@ def joint_displacement(mechanism: Assembly, joint: int, begin: Poses | None, val
             _screw_displacements(mechanism, relation.free, scaled, first, path) if path or begin is not None else scaled
         )
     displacements = scaled - first
-    if begin is not None:  # the shortest rotation
-        turns = np.abs(relation.free[rotational_mask(mechanism.algebra)]).max(0) > SLIDE
-        turns &= not mechanism.joints[joint].pitch  # another turn of a screw is another place
-        whole = np.where(turns, np.round(displacements / (2 * np.pi)), 0.0)
-        displacements = displacements - 2 * np.pi * (whole[..., :1, :] if path and whole.ndim > 1 else whole)
     if path:
         displacements[..., 1:, :] = np.diff(displacements, axis=-2)
     return np.asarray(displacements)
