@@ -5,6 +5,7 @@ Pairs of two kinds are in one table, sorted by the invariant that varies most.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -22,6 +23,10 @@ Array = NDArray[Any]
 MAX_PAIRS = 500_000
 #: Index pairs of up to this many objects are cached.
 MAX_CACHED = 64
+#: Keys from which on they are put into classes before they are sorted, and the number of the last class.
+MANY_KEYS, MAX_CLASS = 1024, (1 << 16) - 1
+#: Of keys that are nearer to each other the classes cannot be told.
+TINY_SPAN = 1e-290
 #: Index of the cosine of the angle between two directions among the invariants; it has a sign.
 COSINE = 1
 #: Kinds whose invariants have a twist (formula `registration.line_twist`), which has a sign.
@@ -159,28 +164,46 @@ def _table(
 ) -> Table:
     a, b = (rows_in_tables[k] for k in kinds)
     i, j = pair_indices(kinds, len(a), len(b))
-    first, second = a[i].astype(np.int32), b[j].astype(np.int32)
-    invariants = driver.invariants(kinds, (rows[kinds[0]], rows[kinds[1]]), (first, second))
-    column = _most_different(invariants) if len(first) else 0
-    keys = _sort_keys(invariants, column)
-    order = keys.argsort(kind="stable")
-    numbers = invariants.take(order, 0).T
-    return Table(kinds, first[order], second[order], numbers, column, keys[order])
+    first, second = a.take(i), b.take(j)
+    numbers = driver.invariants(kinds, (rows[kinds[0]], rows[kinds[1]]), (first, second)).T.copy()
+    sizes = np.abs(numbers)
+    column = _most_different(sizes) if len(first) else 0
+    order = stable_order(sizes[column])
+    sorted_ = np.stack([own.take(order) for own in numbers])
+    return Table(kinds, first.take(order), second.take(order), sorted_, column, sizes[column].take(order))
 
 
-def _most_different(invariants: Array) -> int:
-    """Column of the largest variance of absolute values."""
-    sizes = np.abs(invariants)
-    sizes -= sizes.sum(0) / len(sizes)
-    return int((sizes * sizes).sum(0).argmax())
+def _most_different(sizes: Array) -> int:
+    """Row of the largest variance, of absolute values of invariants (4, n)."""
+    off = sizes - sizes.sum(1, keepdims=True) / sizes.shape[1]
+    off *= off
+    return int(off.sum(1).argmax())
+
+
+def stable_order(keys: Array) -> Array:
+    """The stable order of keys (n,), as `numpy.argsort` gives it.
+
+    Many keys are first put into classes of nearly equal ones, by NumPy's radix sort of 16-bit integers: what is left is
+    nearly in order, which its sort of numbers is fast on.
+    """
+    low, high = (float(keys.min()), float(keys.max())) if len(keys) >= MANY_KEYS else (0.0, 0.0)
+    if not TINY_SPAN < high - low < math.inf:  # of few keys, of one, of such that are not finite
+        return np.argsort(keys, kind="stable")
+    by_class = ((keys - low) * (MAX_CLASS / (high - low))).astype(np.uint16).argsort(kind="stable")
+    return by_class.take(keys.take(by_class).argsort(kind="stable"))
 
 
 def pair_indices(kinds: tuple[str, str], n: int, m: int) -> tuple[Array, Array]:
     """Indices of all pairs of n objects of one kind and m of another; of one kind those with i < j."""
     if kinds[0] == kinds[1]:
-        return _few_pairs(n) if n <= MAX_CACHED else np.triu_indices(n, 1)
+        return _few_pairs(n) if n <= MAX_CACHED else _pairs_in_order(n)
     i, j = np.indices((n, m))
     return i.ravel(), j.ravel()
+
+
+def _pairs_in_order(n: int) -> tuple[Array, Array]:
+    low = np.arange(1, n + 1)
+    return expand_ranges(low, np.full(n, n))
 
 
 def expand_ranges(low: Array, high: Array) -> tuple[Array, Array]:
@@ -192,7 +215,7 @@ def expand_ranges(low: Array, high: Array) -> tuple[Array, Array]:
 
 @cache
 def _few_pairs(n: int) -> tuple[Array, Array]:
-    return np.triu_indices(n, 1)
+    return _pairs_in_order(n)
 
 
 @cache

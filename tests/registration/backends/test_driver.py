@@ -13,7 +13,7 @@ from bladesmith.dispatch.formulas import ArrayOperand, evaluate
 from bladesmith.registration.backends.driver import Driver
 from bladesmith.registration.backends.model_rows import MatchCriterion, ModelData
 from bladesmith.registration.backends.scene import Scene
-from bladesmith.registration.search.invariant_tables import Tables
+from bladesmith.registration.search.invariant_tables import MANY_KEYS, Tables, pair_indices, stable_order
 
 from ...oracles.registration import ALGEBRA, PAIRS
 
@@ -302,3 +302,27 @@ def test_tables_find_the_one_of_many_rounds_about_a_line(kinds):
     found = table.find(driver.invariants(kinds, tuple(moved), places), 1e-6)
     np.testing.assert_array_equal(found.source, np.arange(15))
     np.testing.assert_array_equal(found.second if kinds[0] == "line" else found.first, rounds)
+
+
+@pytest.mark.parametrize("n", [MANY_KEYS - 1, 20 * MANY_KEYS])
+def test_the_order_of_keys_is_the_stable_one(n):
+    random = np.random.default_rng(n)
+    keys = {
+        "random": random.random(n),
+        "nearly all together": random.normal(size=n) ** 21,
+        "ties": random.integers(0, 9, n) / 7,
+        "one": np.full(n, 0.3),
+        "tiny": 5e-324 * random.integers(0, 9, n),
+        "huge": random.choice([-1.7e308, 1.7e308, 0.0], n),
+        "infinite": random.choice([np.inf, 1.0, 2.0], n),
+        "none": random.choice([np.nan, 1.0, 2.0], n),
+    }
+    for name, values in keys.items():
+        np.testing.assert_array_equal(stable_order(values), values.argsort(kind="stable"), err_msg=name)
+
+
+def test_pairs_of_one_kind_are_in_order():
+    for n in (0, 1, 2, 65):
+        found, expected = pair_indices(("line", "line"), n, n), np.triu_indices(n, 1)
+        for own, other in zip(found, expected, strict=True):
+            np.testing.assert_array_equal(own, other)
