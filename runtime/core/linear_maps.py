@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..codegen.algebra.blades import grade
 from ..codegen.errors import AlgebraMismatchError, BladeError, GradeError, InputError, ShapeError, suggest
+from ..codegen.execute.result_memory import MANY, STORE
 from ..common.dtypes import F32, F64
 from ..common.validation import as_int, real_array
 from ..dispatch import kind_inference
@@ -45,11 +46,17 @@ def _map(source: Type, name: str) -> tuple[Type, Callable[[NDArray[Any]], NDArra
         order = [column[blade] for blade in blades]
         index, scale = places[order], weights[order].astype(source.dtype)
         if np.array_equal(index, np.arange(source.size)):
-            return out, lambda data: data * scale
+            return out, lambda data: _scaled(data, scale)
         return out, lambda data: data[..., index] * scale
     matrix = np.zeros((source.size, len(blades)), source.dtype)
     matrix[places, [out.columns[image] for image in images.tolist()]] = weights
     return out, lambda data: data @ matrix
+
+
+def _scaled(data: NDArray[Any], scale: NDArray[Any]) -> NDArray[Any]:
+    """Rows times a row: many on the memory of earlier results."""
+    room = None if data.size < MANY else STORE.empty(data.shape, data.dtype)
+    return np.asarray(np.multiply(data, scale, out=room))
 
 
 def select_grades(x: M, grades: Sequence[int]) -> M:
