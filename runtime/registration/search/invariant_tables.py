@@ -58,12 +58,27 @@ class Candidates:
 
 @dataclass(frozen=True)
 class Table:
-    """Pairs of reference objects of two kinds, sorted by the invariant ``column``; ``keys`` are its sizes, and
-    ``numbers`` (4, n) all invariants."""
+    """Pairs of reference objects of two kinds, sorted by the size of an invariant.
+
+    Attributes
+    ----------
+    first, second : arrays of int64
+        Rows of the objects of both kinds.
+    begins : array
+        Number of the first pair of each object of the first kind, before they were sorted.
+    order : array (n,)
+        These numbers in the order of the table.
+    numbers : array (4, n)
+        Invariants.
+    column, keys : int, array (n,)
+        The invariant that they are sorted by, and its sizes.
+    """
 
     kinds: tuple[str, str]
     first: Array
     second: Array
+    begins: Array
+    order: Array
     numbers: Array
     column: int
     keys: Array
@@ -99,7 +114,13 @@ class Table:
             source, position = source[near], position[near]
         orientation = np.sign(self.numbers[COSINE][position]) * np.sign(invariants[source, COSINE])
         orientation[unsure[source]] = 0
-        return Candidates(source, self.first[position], self.second[position], orientation)
+        return Candidates(source, *self._rows(self.order[position]), orientation)
+
+    def _rows(self, pairs: Array) -> tuple[Array, Array]:
+        """Rows of both objects of some pairs."""
+        first = self.begins.searchsorted(pairs, side="right") - 1
+        second = pairs - self.begins[first]
+        return self.first[first], self.second[second + first + 1 if self.kinds[0] == self.kinds[1] else second]
 
     def _compared_columns(self, invariants: Array) -> list[int]:
         """Columns of the invariants that are not all zero, the sorted one last: it excludes fewest pairs."""
@@ -163,21 +184,23 @@ def _table(
     driver: Driver, kinds: tuple[str, str], rows: Mapping[str, Array], rows_in_tables: Mapping[str, Array]
 ) -> Table:
     a, b = (rows_in_tables[k] for k in kinds)
-    i, j = pair_indices(kinds, len(a), len(b))
-    first, second = a.take(i), b.take(j)
-    numbers = driver.invariants(kinds, (rows[kinds[0]], rows[kinds[1]]), (first, second)).T.copy()
-    sizes = np.abs(numbers)
-    column = _most_different(sizes) if len(first) else 0
-    order = stable_order(sizes[column])
-    sorted_ = np.stack([own.take(order) for own in numbers])
-    return Table(kinds, first.take(order), second.take(order), sorted_, column, sizes[column].take(order))
+    numbers, begins = driver.invariants_of_all(kinds, (rows[kinds[0]], rows[kinds[1]]), (a, b))
+    room = np.empty(numbers.shape[1])  # for all that is as large: fresh memory costs more than what is computed
+    column = _most_different(numbers, room) if len(room) else 0
+    order = stable_order(np.abs(numbers[column], out=room))
+    for own in numbers:
+        own[:] = own.take(order, out=room, mode="clip")
+    return Table(kinds, a, b, begins, order, numbers, column, np.abs(numbers[column], out=room))
 
 
-def _most_different(sizes: Array) -> int:
-    """Row of the largest variance, of absolute values of invariants (4, n)."""
-    off = sizes - sizes.sum(1, keepdims=True) / sizes.shape[1]
-    off *= off
-    return int(off.sum(1).argmax())
+def _most_different(numbers: Array, room: Array) -> int:
+    """Row of the largest variance of absolute values."""
+    variances = []
+    for own in numbers:
+        np.abs(own, out=room)
+        room -= room.sum() / len(room)
+        variances.append(np.multiply(room, room, out=room).sum())
+    return int(np.argmax(variances))
 
 
 def stable_order(keys: Array) -> Array:
