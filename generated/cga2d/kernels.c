@@ -246,7 +246,7 @@ static void bs_nearest_to_double(bs_batch batch, ptrdiff_t begin, ptrdiff_t end,
   for (ptrdiff_t first = begin; first < end; first += BS_TILE) {
     const ptrdiff_t count = end - first > BS_TILE ? BS_TILE : end - first;
     for (ptrdiff_t j = 0; j < m; j++) {
-      const void *const ins[2] = {a + first * row_a, b + j * row_b};
+      const void *const ins[2] = {&a[first * row_a], &b[j * row_b]};
       batch(0, count, &out, ins, strides);
       for (ptrdiff_t i = 0; i < count; i++) {
         const int is_less = values[i] < least[first + i];
@@ -264,7 +264,8 @@ static void bs_nearest_double(bs_batch batch, ptrdiff_t begin, ptrdiff_t end, pt
     index[i] = -1;
     least[i] = HUGE_VAL;
   }
-  (end - begin < m ? bs_nearest_of_double : bs_nearest_to_double)(
+  const ptrdiff_t rows = end - begin;
+  (rows < m ? bs_nearest_of_double : bs_nearest_to_double)(
       batch, begin, end, m, index, least, a, row_a, b, row_b);
 }
 
@@ -300,7 +301,7 @@ static void bs_nearest_to_float(bs_batch batch, ptrdiff_t begin, ptrdiff_t end, 
   for (ptrdiff_t first = begin; first < end; first += BS_TILE) {
     const ptrdiff_t count = end - first > BS_TILE ? BS_TILE : end - first;
     for (ptrdiff_t j = 0; j < m; j++) {
-      const void *const ins[2] = {a + first * row_a, b + j * row_b};
+      const void *const ins[2] = {&a[first * row_a], &b[j * row_b]};
       batch(0, count, &out, ins, strides);
       for (ptrdiff_t i = 0; i < count; i++) {
         const int is_less = values[i] < least[first + i];
@@ -318,7 +319,8 @@ static void bs_nearest_float(bs_batch batch, ptrdiff_t begin, ptrdiff_t end, ptr
     index[i] = -1;
     least[i] = HUGE_VALF;
   }
-  (end - begin < m ? bs_nearest_of_float : bs_nearest_to_float)(
+  const ptrdiff_t rows = end - begin;
+  (rows < m ? bs_nearest_of_float : bs_nearest_to_float)(
       batch, begin, end, m, index, least, a, row_a, b, row_b);
 }
 
