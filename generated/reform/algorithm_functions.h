@@ -270,6 +270,21 @@ BS_OUTLINED void FN(invariants_all)(ptrdiff_t first_kind, ptrdiff_t second_kind,
   }
 }
 
+/* Invariants of an object with all others from a place on, each invariant in a row of its own. */
+BS_OUTLINED void FN(invariants_of_all_all)(ptrdiff_t first_kind, ptrdiff_t second_kind, const S *first_rows,
+    const S *second_rows, ptrdiff_t row, ptrdiff_t start, ptrdiff_t begin, const ptrdiff_t *second,
+    ptrdiff_t second_count_, S *found, ptrdiff_t found_count_)
+{
+  const ptrdiff_t count = bs_quotient(found_count_, 4);
+  S own[4];
+  for (ptrdiff_t k = start; k < second_count_; k++) {
+    FN(invariants_all)(first_kind, second_kind, first_rows, second_rows, row, second[k], own);
+    for (ptrdiff_t j = 0; j < 4; j++) {
+      found[j * count + begin + k - start] = own[j];
+    }
+  }
+}
+
 /* Cost of a match given by its rows, its gradient and its Gauss-Newton matrix by the twist. */
 BS_OUTLINED void FN(rates_all)(ptrdiff_t kind, const S motor[BS_LENGTH(8)], ptrdiff_t query, ptrdiff_t reference,
     const ptrdiff_t *heads, const S *reals, S found[BS_LENGTH(28)])
@@ -1058,6 +1073,250 @@ BS_OUTLINED void FN(residual_rates)(const S motor[BS_LENGTH(8)], const S vectors
       }
     }
   }
+}
+
+/* Rates of all matches times their weights, and the sum of their costs; zeros for a match without a rotor, or of */
+BS_OUTLINED S FN(weighted_rates_all)(const ptrdiff_t *pair_kinds, ptrdiff_t pair_kinds_count_,
+    const ptrdiff_t *query, const ptrdiff_t *reference, const S *weights, const S motor[BS_LENGTH(8)],
+    const ptrdiff_t *heads, const S *reals, S *found)
+{
+  S total = K(0.0);
+  for (ptrdiff_t i = 0; i < pair_kinds_count_; i++) {
+    const ptrdiff_t row_at = 28 * i;
+    FN(rates_all)(pair_kinds[i], motor, query[i], reference[i], heads, reals, found + row_at);
+    S finite = K(0.0);
+    for (ptrdiff_t k = 0; k < 28; k++) {
+      found[row_at + k] = found[row_at + k] * weights[i];
+      finite = finite + (found[row_at + k] - found[row_at + k]);
+    }
+    if (!(finite == K(0.0) && weights[i] > K(0.0))) {
+      for (ptrdiff_t k1 = 0; k1 < 28; k1++) {
+        found[row_at + k1] = K(0.0);
+      }
+    }
+    total = total + found[row_at];
+  }
+  return total;
+}
+
+/* Gradient and Gauss-Newton matrix of all matches, added in their order. */
+BS_OUTLINED void FN(summed_rates)(const S *rows, ptrdiff_t rows_count_, S gradient[BS_LENGTH(6)],
+    S matrix[BS_LENGTH(36)])
+{
+  S total[28] = {0};
+  for (ptrdiff_t i = 0; i < rows_count_; i++) {
+    for (ptrdiff_t k = 0; k < 28; k++) {
+      total[k] = total[k] + rows[28 * i + k];
+    }
+  }
+  ptrdiff_t at = 7;
+  for (ptrdiff_t i = 0; i < 6; i++) {
+    gradient[i] = total[1 + i];
+    for (ptrdiff_t j = i; j < 6; j++) {
+      const S value = total[at];
+      matrix[6 * i + j] = value;
+      matrix[6 * j + i] = value;
+      at = at + 1;
+    }
+  }
+}
+
+/* Eigenvalues on the diagonal and eigenvectors in the columns of v, by cyclic Jacobi (Golub and Van Loan 8.5). */
+BS_OUTLINED void FN(diagonalize_6x6_6x6_6)(S a[BS_LENGTH(36)], S v[BS_LENGTH(36)])
+{
+  for (ptrdiff_t p = 0; p < 6; p++) {
+    for (ptrdiff_t q = 0; q < 6; q++) {
+      v[6 * p + q] = p == q ? K(1.0) : K(0.0);
+    }
+  }
+  for (ptrdiff_t __ = 0; __ < 12; __++) {
+    S off = K(0.0);
+    S on = K(0.0);
+    for (ptrdiff_t p = 0; p < 6; p++) {
+      on = on + a[6 * p + p] * a[6 * p + p];
+      for (ptrdiff_t q = p + 1; q < 6; q++) {
+        off = off + a[6 * p + q] * a[6 * p + q];
+      }
+    }
+    if (!(off > K(1e-34) * on)) {
+      break;
+    }
+    for (ptrdiff_t p = 0; p < 6; p++) {
+      for (ptrdiff_t q = p + 1; q < 6; q++) {
+        if (!(ABS(a[6 * p + q]) > K(0.0))) {
+          continue;
+        }
+        const S theta = (a[6 * q + q] - a[6 * p + p]) / (K(2.0) * a[6 * p + q]);
+        const S t = (theta < K(0.0) ? K(-1.0) : K(1.0)) / (ABS(theta) + SQRT(theta * theta + K(1.0)));
+        const S c = K(1.0) / SQRT(t * t + K(1.0));
+        const S s = t * c;
+        for (ptrdiff_t k = 0; k < 6; k++) {
+          const S kp = a[6 * k + p];
+          const S kq = a[6 * k + q];
+          a[6 * k + p] = c * kp - s * kq;
+          a[6 * k + q] = s * kp + c * kq;
+        }
+        for (ptrdiff_t k = 0; k < 6; k++) {
+          const S pk = a[6 * p + k];
+          const S qk = a[6 * q + k];
+          const S vp = v[6 * k + p];
+          const S vq = v[6 * k + q];
+          a[6 * p + k] = c * pk - s * qk;
+          a[6 * q + k] = s * pk + c * qk;
+          v[6 * k + p] = c * vp - s * vq;
+          v[6 * k + q] = s * vp + c * vq;
+        }
+      }
+    }
+  }
+}
+
+/* Gauss-Newton on the costs of matches; a step that makes them greater is halved. Steps that were made. */
+BS_OUTLINED ptrdiff_t FN(descend_all)(ptrdiff_t steps, const ptrdiff_t *pair_kinds, ptrdiff_t pair_kinds_count_,
+    const ptrdiff_t *query, const ptrdiff_t *reference, const S *weights, const ptrdiff_t *heads, const S *reals,
+    S motor[BS_LENGTH(8)], S *found, ptrdiff_t found_count_, S *trial)
+{
+  const S result = FN(weighted_rates_all)(pair_kinds, pair_kinds_count_, query, reference, weights, motor, heads,
+      reals, found);
+  S cost = result;
+  S size = K(BS_HUGE_VALUE);
+  S gradient[6];
+  S matrix[36];
+  S values[6] = {0};
+  S vectors[36] = {0};
+  S step[6];
+  S moved[8];
+  for (ptrdiff_t taken = 0; taken < steps; taken++) {
+    FN(summed_rates)(found, found_count_, gradient, matrix);
+    if (size > K(1e-06)) {
+      FN(diagonalize_6x6_6x6_6)(matrix, vectors);
+      for (ptrdiff_t p = 0; p < 6; p++) {
+        values[p] = matrix[6 * p + p];
+      }
+    }
+    S most = K(0.0);
+    for (ptrdiff_t p = 0; p < 6; p++) {
+      most = values[p] > most ? values[p] : most;
+    }
+    for (ptrdiff_t k1 = 0; k1 < 6; k1++) {
+      step[k1] = K(0.0);
+    }
+    for (ptrdiff_t p = 0; p < 6; p++) {
+      if (values[p] > K(1e-09) * most) {
+        S along = K(0.0);
+        for (ptrdiff_t k = 0; k < 6; k++) {
+          along = along + vectors[6 * k + p] * gradient[k];
+        }
+        for (ptrdiff_t k = 0; k < 6; k++) {
+          step[k] = step[k] - vectors[6 * k + p] * (along / values[p]);
+        }
+      }
+    }
+    const S limit = cost * K(1.00000000000001) + K(1e-28);
+    int is_lower = 0;
+    for (ptrdiff_t __ = 0; __ < 8; __++) {
+      FN(cga3d_stepped)(moved, motor, step);
+      const S result1 = FN(weighted_rates_all)(pair_kinds, pair_kinds_count_, query, reference, weights, moved, heads,
+          reals, trial);
+      const S changed = result1;
+      if (changed <= limit) {
+        is_lower = 1;
+        cost = changed;
+        break;
+      }
+      for (ptrdiff_t k = 0; k < 6; k++) {
+        step[k] = step[k] * K(0.5);
+      }
+    }
+    if (!is_lower) {
+      return taken + 1;
+    }
+    for (ptrdiff_t k2 = 0; k2 < 8; k2++) {
+      motor[k2] = moved[k2];
+    }
+    for (ptrdiff_t i = 0; i < found_count_; i++) {
+      for (ptrdiff_t k3 = 0; k3 < 28; k3++) {
+        found[28 * i + k3] = trial[28 * i + k3];
+      }
+    }
+    size = K(0.0);
+    for (ptrdiff_t k = 0; k < 6; k++) {
+      size = ABS(step[k]) > size ? ABS(step[k]) : size;
+    }
+    if (size < K(1e-14)) {
+      return taken + 1;
+    }
+  }
+  return steps;
+}
+
+/* What a match moves the twist by, in place of its error, where its influence on its own residual is removed. */
+BS_OUTLINED void FN(influences)(const S rates[BS_LENGTH(28)], const S whiten[BS_LENGTH(36)],
+    S influence[BS_LENGTH(6)], S *result0_, S *result1_)
+{
+  S half[36];
+  ptrdiff_t at = 7;
+  for (ptrdiff_t i = 0; i < 6; i++) {
+    for (ptrdiff_t j = i; j < 6; j++) {
+      const S value = rates[at];
+      half[6 * i + j] = value;
+      half[6 * j + i] = value;
+      at = at + 1;
+    }
+  }
+  S side[36];
+  for (ptrdiff_t i = 0; i < 6; i++) {
+    for (ptrdiff_t q = 0; q < 6; q++) {
+      side[6 * i + q] = K(0.0);
+      for (ptrdiff_t j = 0; j < 6; j++) {
+        side[6 * i + q] = side[6 * i + q] + half[6 * i + j] * whiten[6 * j + q];
+      }
+    }
+  }
+  S left[36];
+  S trace = K(0.0);
+  S squares = K(0.0);
+  for (ptrdiff_t p = 0; p < 6; p++) {
+    for (ptrdiff_t q = p; q < 6; q++) {
+      S own = K(0.0);
+      for (ptrdiff_t i = 0; i < 6; i++) {
+        own = own + whiten[6 * i + p] * side[6 * i + q];
+      }
+      const S value1 = (p == q ? K(1.0) : K(0.0)) - own;
+      left[6 * p + q] = value1;
+      left[6 * q + p] = value1;
+      trace = trace + (p == q ? own : K(0.0));
+      squares = squares + (p == q ? own * own : K(2.0) * own * own);
+    }
+  }
+  S axes[36];
+  FN(diagonalize_6x6_6x6_6)(left, axes);
+  S gradient[6] = {0};
+  for (ptrdiff_t p = 0; p < 6; p++) {
+    for (ptrdiff_t i = 0; i < 6; i++) {
+      gradient[p] = gradient[p] + whiten[6 * i + p] * rates[1 + i];
+    }
+  }
+  S spread[6] = {0};
+  for (ptrdiff_t p = 0; p < 6; p++) {
+    S along = K(0.0);
+    for (ptrdiff_t k = 0; k < 6; k++) {
+      along = along + axes[6 * k + p] * gradient[k];
+    }
+    const S remaining = left[6 * p + p] > K(0.001) ? left[6 * p + p] : K(0.001);
+    for (ptrdiff_t k = 0; k < 6; k++) {
+      spread[k] = spread[k] + axes[6 * k + p] * (along / SQRT(remaining));
+    }
+  }
+  for (ptrdiff_t i = 0; i < 6; i++) {
+    influence[i] = K(0.0);
+    for (ptrdiff_t p = 0; p < 6; p++) {
+      influence[i] = influence[i] + whiten[6 * i + p] * spread[p];
+    }
+  }
+  *result0_ = trace;
+  *result1_ = squares;
+  return;
 }
 
 /* How far a point is off an object, squared, and halves of the first and second rates by the point. */

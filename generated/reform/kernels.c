@@ -74,6 +74,14 @@ void bs_invariants_all_f64(void *const *arrays, const ptrdiff_t *strides, const 
   }
 }
 
+void bs_invariants_of_all_all_f64(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end)
+{
+  (void)counts;
+  for (ptrdiff_t i = begin; i < end; i++) {
+    FN(invariants_of_all_all)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (S *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], ((ptrdiff_t *)arrays[4])[i * strides[4]], ((ptrdiff_t *)arrays[5])[i * strides[5]], ((ptrdiff_t *)arrays[6])[i * strides[6]], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8]);
+  }
+}
+
 void bs_rates_all_f64(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end)
 {
   (void)counts;
@@ -149,6 +157,26 @@ void bs_residual_rates_all_f64(void *const *arrays, const ptrdiff_t *strides, co
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
     FN(residual_rates)((S *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], ((ptrdiff_t *)arrays[2])[i * strides[2]], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4]);
+  }
+}
+
+void bs_descend_all_f64(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end)
+{
+  (void)counts;
+  for (ptrdiff_t i = begin; i < end; i++) {
+    ((ptrdiff_t *)arrays[10])[i * strides[10]] = FN(descend_all)(((ptrdiff_t *)arrays[0])[i * strides[0]], (ptrdiff_t *)arrays[1] + i * strides[1], counts[1], (ptrdiff_t *)arrays[2] + i * strides[2], (ptrdiff_t *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (ptrdiff_t *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (S *)arrays[7] + i * strides[7], (S *)arrays[8] + i * strides[8], counts[8], (S *)arrays[9] + i * strides[9]);
+  }
+}
+
+void bs_influences_all_f64(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end)
+{
+  (void)counts;
+  for (ptrdiff_t i = begin; i < end; i++) {
+    S result0_;
+    S result1_;
+    FN(influences)((S *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], (S *)arrays[2] + i * strides[2], &result0_, &result1_);
+    ((S *)arrays[3])[i * strides[3]] = result0_;
+    ((S *)arrays[4])[i * strides[4]] = result1_;
   }
 }
 

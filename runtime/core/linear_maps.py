@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..codegen.algebra.blades import grade
 from ..codegen.errors import AlgebraMismatchError, BladeError, GradeError, InputError, ShapeError, suggest
+from ..codegen.execute.result_memory import MANY, STORE
 from ..common.dtypes import F32, F64
 from ..common.validation import as_int, real_array
 from ..dispatch.coefficients import broadcast
@@ -44,11 +45,16 @@ def _map(source: Type, name: str) -> tuple[Type, Callable[[NDArray[Any]], NDArra
         order = [column[blade] for blade in blades]
         index, scale = places[order], weights[order].astype(source.dtype)
         if np.array_equal(index, np.arange(source.size)):
-            return out, lambda data: data * scale
+            return out, lambda data: data * scale if data.size < MANY else _many_scaled(data, scale)
         return out, lambda data: data[..., index] * scale
     matrix = np.zeros((source.size, len(blades)), source.dtype)
     matrix[places, [out.columns[image] for image in images.tolist()]] = weights
     return out, lambda data: data @ matrix
+
+
+def _many_scaled(data: NDArray[Any], scale: NDArray[Any]) -> NDArray[Any]:
+    """Many rows times a row, on the memory of earlier results."""
+    return np.asarray(np.multiply(data, scale, out=STORE.empty(data.shape, data.dtype)))
 
 
 def select_grades(x: M, grades: Sequence[int]) -> M:

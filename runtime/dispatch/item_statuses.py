@@ -42,6 +42,12 @@ def raise_first(
     raise error(f"{what}: {item} is {code.name}{reason}.")
 
 
+def unsigned_zeros(values: NDArray[Any]) -> NDArray[Any]:
+    """A new result in which zeros have no sign, in place: a copy of a large batch costs as much as its kernel."""
+    values += 0.0
+    return values
+
+
 def array_result(
     values: NDArray[Any],
     codes: NDArray[np.uint8] | None,

@@ -176,7 +176,8 @@ class MultivectorData:
             fits = sum(k is not None and k is not Ellipsis for k in keys) <= len(self._lead)
             raise IndexError(str(error) if fits else f"{len(keys)} indices for items of shape {self._lead}") from None
         status = None if self._status is None else np.asarray(self._status[key])
-        return self._make(self._type, np.array(data), data.shape[:-1], status)
+        own = data if data.flags.owndata else np.array(data)  # NumPy copies what indices or masks choose
+        return self._make(self._type, own, data.shape[:-1], status)
 
     def _coefficient(self, name: str | Blade) -> NDArray[Any]:
         """Coefficient of one blade, in the sign of the name's order; zero where the layout lacks it."""

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..codegen.algebra.algebra import Kind
 from ..codegen.errors import AlgebraMismatchError
 from ..codegen.execute.arrays import BoundKernel, parallel_for
+from ..codegen.execute.result_memory import MANY, STORE
 from ..codegen.trace.result_kinds import belongs
 from ..common.dtypes import F32, F64
 from . import product_tables
@@ -196,7 +197,7 @@ def _batch_plan(rows: Rows, out: Type) -> Plan:
     def batch(a: Any, b: Any) -> Any:
         lead = a._lead if a._lead == b._lead else broadcast(a, b)
         n = math.prod(lead)
-        data = np.empty((*lead, out.size), out.dtype)
+        data = (np.empty if n < MANY else STORE.empty)((*lead, out.size), out.dtype)
         if n:
             rows(data, expand_rows(a, lead), expand_rows(b, lead), n)
         return make(out, data, lead)

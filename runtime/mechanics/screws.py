@@ -22,7 +22,7 @@ from ..core.kind_constraints import convert_to_kind
 from ..core.multivector import Algebra, Multivector
 from ..core.registry import stock_algebra
 from ..dispatch.formulas import ArrayOperand, evaluate
-from ..dispatch.item_statuses import array_result, invalidate_nonfinite, merge_statuses, raise_first
+from ..dispatch.item_statuses import array_result, invalidate_nonfinite, merge_statuses, raise_first, unsigned_zeros
 from ..dispatch.multivector_data import Statuses, statuses
 from ..objects.screws import screw
 
@@ -117,7 +117,7 @@ def screw_coordinates(
     """
     first = as_choice(order, "order", ORDERS) == "axis-first"
     x = as_screw(s, "the screw")
-    rows: Array = evaluate(x.algebra, "twists.screw_row", x).value + 0.0  # no -0.0
+    rows: Array = unsigned_zeros(evaluate(x.algebra, "twists.screw_row", x).value)
     return array_result(rows if first else np.roll(rows, 3, -1), x._status, "screw_coordinates", status, strict, 1)
 
 
@@ -144,7 +144,7 @@ def velocity_at(
     """
     x = as_screw(t, "the twist")
     velocity = evaluate(x.algebra, "mechanics.velocity_at", x, _vector(x.algebra, "point", point, x.dtype)).value
-    return array_result(plain(velocity) + 0.0, x._status, "velocity_at", status, strict, 1)
+    return array_result(unsigned_zeros(plain(velocity)), x._status, "velocity_at", status, strict, 1)
 
 
 @overload
@@ -159,7 +159,7 @@ def moment_about(
     """Moment tau - p x f (..., 3) of a wrench about a point p (..., 3); options as of `velocity_at`."""
     x = as_screw(w, "the wrench")
     moment = evaluate(x.algebra, "twists.moment_about", x, _vector(x.algebra, "point", point, x.dtype)).value
-    return array_result(plain(moment) + 0.0, x._status, "moment_about", status, strict, 1)
+    return array_result(unsigned_zeros(plain(moment)), x._status, "moment_about", status, strict, 1)
 
 
 # -- products ----------------------------------------------------------------------------------------------
@@ -303,7 +303,7 @@ def _number(
 def _parts(kind: Callable[..., P], x: Multivector, name: str, strict: bool) -> P:
     if as_bool(strict, "strict"):
         raise_first(x._status, name)
-    first, second = (plain(v) + 0.0 for v in evaluate(x.algebra, "mechanics.screw_vectors", x).values)  # no -0.0
+    first, second = (unsigned_zeros(plain(v)) for v in evaluate(x.algebra, "mechanics.screw_vectors", x).values)
     result = kind(first, second)
     result.status = statuses(x._status, x.shape)
     return result

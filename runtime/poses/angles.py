@@ -11,7 +11,7 @@ from ..common.validation import as_bool, as_text, check_shape, real_array
 from ..core.geometry.euclidean import plain
 from ..core.multivector import Multivector
 from ..dispatch.formulas import ArrayOperand
-from ..dispatch.item_statuses import array_result, merge_statuses
+from ..dispatch.item_statuses import array_result, merge_statuses, unsigned_zeros
 from ..dispatch.multivector_data import Statuses
 from .arguments import Array, as_pose, as_poses, call, checked_items, item, vector, vectors
 
@@ -56,7 +56,7 @@ def to_rotation_vector(
     pose = short_way(as_pose(x), shortest)
     result = call("poses.rotation_vector", pose)
     codes = merge_statuses(pose._status, result.status)
-    return array_result(plain(result.value) + 0.0, codes, "to_rotation_vector", status, strict, 1)
+    return array_result(unsigned_zeros(plain(result.value)), codes, "to_rotation_vector", status, strict, 1)
 
 
 def short_way(pose: Multivector, shortest: bool) -> Multivector:
@@ -129,7 +129,7 @@ def to_euler(
     angles: Array = result.value
     angles = np.rad2deg(angles) if as_bool(degrees, "degrees") else angles
     codes = merge_statuses(pose._status, result.status)
-    return array_result(angles + 0.0, codes, "to_euler", status, strict, 1)
+    return array_result(unsigned_zeros(angles), codes, "to_euler", status, strict, 1)
 
 
 def _axes(sequence: str) -> tuple[str, bool]:

@@ -11,7 +11,7 @@ from ..common.validation import as_float, real_array
 from ..core.geometry.euclidean import plain
 from ..core.multivector import Multivector
 from ..dispatch.formulas import ArrayOperand
-from ..dispatch.item_statuses import array_result, invalidate
+from ..dispatch.item_statuses import array_result, invalidate, unsigned_zeros
 from ..dispatch.multivector_data import Statuses
 from .arguments import Array, as_pose, as_poses, call, checked_items, item, row_of
 
@@ -94,5 +94,5 @@ def to_matrix(x: Multivector, *, status: Literal[True], strict: bool = ...) -> t
 def to_matrix(x: Multivector, *, status: bool = False, strict: bool = False) -> Array | tuple[Array, Statuses]:
     """Homogeneous matrices (..., 4, 4) of poses; options as of `act`."""
     pose = as_pose(x)
-    entries: Array = call("poses.matrix", pose).value + 0.0
+    entries: Array = unsigned_zeros(call("poses.matrix", pose).value)
     return array_result(entries.reshape(*pose.shape, 4, 4), pose._status, "to_matrix", status, strict, 2)

@@ -13,7 +13,7 @@ from ..common.validation import as_bool, as_choice, real_array
 from ..core.geometry.euclidean import plain
 from ..core.multivector import Multivector
 from ..dispatch.formulas import ArrayOperand
-from ..dispatch.item_statuses import array_result
+from ..dispatch.item_statuses import array_result, unsigned_zeros
 from ..dispatch.multivector_data import Statuses
 from .arguments import Array, as_pose, as_poses, call, checked_items, item, row_of, vector
 
@@ -129,9 +129,9 @@ def to_quaternion(
         As of `act`.
     """
     pose = as_pose(x)
-    q: Array = call("poses.quaternion", pose).value + 0.0  # no -0.0
+    q: Array = unsigned_zeros(call("poses.quaternion", pose).value)
     if as_bool(canonical, "canonical"):
-        q = q * plain(call("poses.sign_of_quaternion", pose).value) + 0.0
+        q = unsigned_zeros(q * plain(call("poses.sign_of_quaternion", pose).value))
     return array_result(np.roll(q, -1, -1) if _is_last(order) else q, pose._status, "to_quaternion", status, strict, 1)
 
 
@@ -184,5 +184,5 @@ def to_dual_quaternion(
 ) -> Array | tuple[Array, Statuses]:
     """Unit dual quaternions (..., 8) of poses, as `from_dual_quaternion` takes them; options as of `act`."""
     pose = as_pose(x)
-    q: Array = call("poses.dual_quaternion", pose).value + 0.0
+    q: Array = unsigned_zeros(call("poses.dual_quaternion", pose).value)
     return array_result(_rolled(q, -1) if _is_last(order) else q, pose._status, "to_dual_quaternion", status, strict, 1)

@@ -384,3 +384,15 @@ def test_single_precision() -> None:
     motor = cga.rotor(V.astype(np.float32), np.float32(0.5))
     assert (motor >> x).dtype == np.float32
     assert cga.sphere(A.astype(np.float32), 2.0).dtype == np.float32  # single numbers do not widen
+
+
+@pytest.mark.parametrize("n", [5, 5000])
+def test_what_is_not_finite_is_found_among_few_and_many(n: int) -> None:
+    """However great the others are: their squares and sums are not finite."""
+    x = bs.cga3d.point(np.full((n, 3), 0.5))
+    data = x._data.copy()
+    data[:, :3] = 1.5e308
+    data[0, :3], data[1, :3] = (np.inf, 0, 0), (-np.inf, np.nan, 0)
+    found = x._make(x._type, data, x.shape).parameters()
+    assert found.status.tolist() == [bs.Status.INVALID] * 2 + [bs.Status.OK] * (n - 2)
+    assert np.isnan(found.xyz[:2]).all() and (found.xyz[2:] == 1.5e308).all()

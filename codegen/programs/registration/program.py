@@ -12,7 +12,7 @@ from ...ir.loops.scope import Static
 from ...ir.loops.types import StaticType
 from .. import KernelSpec, Program
 from ..stock import kept_text, stock_numba, stock_program
-from . import center, direct, scene, stages
+from . import center, direct, pairs, pose, scene, stages
 from .registration import ALL, KIND_SETS, KINDS, PAIR_SETS, in_order, set_name
 
 #: The files with the algorithms.
@@ -24,8 +24,8 @@ _SOURCES = (SOURCE, "specs/cga3d.toml", *(f"../templates/c/{name}.j2" for name i
 #: What callers call; see the docstrings there.
 ALGORITHMS = (
     stages.elements, stages.to_frame, stages.squared_distances, stages.motors_to_world, stages.twists_to_world,
-    stages.step, stages.invariants, stages.rates, stages.stiffness, stages.samples, stages.refine, stages.match,
-    stages.match_segments, stages.residual_rates,
+    stages.step, pairs.invariants, pairs.invariants_of_all, stages.rates, stages.stiffness, stages.samples,
+    stages.refine, stages.match, stages.match_segments, stages.residual_rates, pose.descend, pose.influences,
     center.robust_center, direct.direct,
 )  # fmt: skip
 

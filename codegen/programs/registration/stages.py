@@ -5,7 +5,6 @@ from __future__ import annotations
 from ...algorithms.motor_form import FORM, least_pivot
 from ...algorithms.registration_layout import (
     ELEMENT,
-    INVARIANTS,
     MOTOR,
     POSITION,
     RATES,
@@ -22,7 +21,7 @@ from ...formulas.registration import registration
 from ...ir.loops.algorithm import Algorithm as algorithm
 from ...ir.loops.language import InOut, Int, Ints, Matrix, Out, Real, Reals, Rows, Static, Vector, empty, zeros
 from .. import KernelSpec
-from .registration import KIND_SETS, PAIR_SETS
+from .registration import KIND_SETS
 from .scene import add_form, apart, fitting_segment, form_motor, move_element, nearest, score
 
 step_motor = KernelSpec(registration.step_motor, ("motor", "twist"), "stepped")
@@ -76,26 +75,6 @@ def twists_to_world(twist: Vector[TWIST], origin: Vector[3], found: Out[Vector[T
 def step(motor: Vector[MOTOR], twist: Vector[TWIST], found: Out[Vector[MOTOR]]) -> None:
     """The motor next to (1 + twist) motor."""
     found[:] = step_motor(motor, twist)
-
-
-@algorithm
-def invariants(
-    kinds: Static,
-    first_kind: Int,
-    second_kind: Int,
-    first_rows: Reals,
-    second_rows: Reals,
-    first: Int,
-    second: Int,
-    found: Out[Vector[INVARIANTS]],
-) -> None:
-    """Invariants of a pair of objects by their rows; kinds in order."""
-    for pair in PAIR_SETS[kinds]:
-        if first_kind == pair.first.number and second_kind == pair.second.number:
-            x = pair.first.length * first
-            y = pair.second.length * second
-            found[:] = pair.invariants(first_rows[x : x + pair.first.length], second_rows[y : y + pair.second.length])
-            return
 
 
 # -- of a query and a reference ----------------------------------------------------------------------------------------

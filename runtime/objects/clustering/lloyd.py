@@ -55,6 +55,7 @@ class Clustering:
             raise InputError(f"{k} clusters of {len(x)} objects: k is at most the number of objects.")
         self.x, self.k, self.weights, self.threads = x, k, weights, threads
         self.cost, self.align = cost, align
+        self._columns = np.ascontiguousarray(x._data.T)
         self.formula = f"costs.{'aligned' if align else 'pair'}_cost{COSTS[cost]}"
 
     # -- starts --------------------------------------------------------------------------------------------
@@ -88,9 +89,10 @@ class Clustering:
 
     def _to(self, items: Any) -> Costs:
         """Costs from some objects to all, not negative; where no rotor is unique, the largest of the others."""
-        cost = np.maximum(pair_values(self.formula, self._items(items), self.x, self.threads).astype(np.float64), 0)
+        cost = pair_values(self.formula, self._items(items), self.x, self.threads).astype(np.float64, copy=False)
+        np.maximum(cost, 0, out=cost)
         usable = np.isfinite(cost)
-        return np.where(usable, cost, cost.max(where=usable, initial=1.0))
+        return cost if usable.all() else np.where(usable, cost, cost.max(where=usable, initial=1.0))
 
     # -- iterations ----------------------------------------------------------------------------------------
 
@@ -162,8 +164,8 @@ class Clustering:
             own = centroids[labels]
             turned = evaluate(own.algebra, "costs.agreement", self.x, own).value._data[..., 0] < 0
             factors = np.where(turned, -factors, factors)
-        sums = _sums(data, labels, factors, self.k)
-        written = _sums(np.abs(data), labels, np.abs(factors), self.k)
+        sums = _sums(self._columns, labels, factors, self.k)
+        written = _sums(np.abs(self._columns), labels, np.abs(factors), self.k)
         layout = self.x.algebra.type_of(self.x.kind.layout, np.dtype(np.float64))
         total, size = (self.x._make(layout, s, (self.k,)) for s in (sums, written))
         projected = embed(evaluate(self.x.algebra, "blades.project_sum", total, size).value, self.x.kind)
@@ -197,10 +199,9 @@ class Clustering:
             new[empty[usable]] = self.x._data[farthest[usable]]
 
 
-def _sums(data: NDArray[Any], labels: Labels, factors: NDArray[Any], k: int) -> NDArray[np.float64]:
-    """Sums of rows times factors, by label."""
-    columns = [np.bincount(labels, factors * column, k) for column in data.T]
-    return np.stack(columns, -1)
+def _sums(columns: NDArray[Any], labels: Labels, factors: NDArray[Any], k: int) -> NDArray[np.float64]:
+    """Sums of numbers (m, n) times factors (n,), by label: (k, m)."""
+    return np.stack([np.bincount(labels, factors * column, k) for column in columns], -1)
 
 
 def _draw_indices(mass: NDArray[Any], count: int, random: np.random.Generator) -> Labels:

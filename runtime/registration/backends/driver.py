@@ -16,6 +16,8 @@ from .model_rows import CenterRule, MatchCriterion, integers, reals, settings_of
 Array = NDArray[Any]
 #: Pairs that are worth another thread.
 PAIRS = 8192
+#: Matches that are, where each has an eigenproblem.
+MATCHES = 256
 
 
 class Driver:
@@ -86,6 +88,16 @@ class Driver:
         found: Array = squares.reshape(a.shape[:-1])
         return found
 
+    def influences(self, rates: Array, whiten: Array) -> tuple[Array, Array, Array]:
+        """Influences (n, 6) of matches on a twist, by their rates (n, 28) and whitened modes (6, 6); traces of their
+        informations, and sums of squares of these.
+        """
+        each = {"rates": reals(rates), "influence": np.empty((len(rates), TWIST))}
+        traces, squares = self._algorithms.run(
+            "influences", len(rates), each, {"whiten": reals(whiten)}, ("influence",), self._threads, MATCHES
+        )
+        return each["influence"], traces, squares
+
     def robust_center(self, kinds: Array, elements: Array, rule: CenterRule) -> Array:
         """Center (3,) of least squared distances from all objects except outliers, by their kinds and elements."""
         n, point = len(elements), np.empty(POSITION)
@@ -94,6 +106,25 @@ class Driver:
         shared = {**inputs, **rule._asdict(), **workspace}
         self._algorithms.run("robust_center", 1, {}, shared, tuple(workspace))
         return point
+
+    def invariants_of_all(
+        self, kinds: tuple[str, str], rows: tuple[Array, Array], indices: tuple[Array, Array]
+    ) -> tuple[Array, Array]:
+        """Invariants (4, n) of all pairs of some objects of two kinds, of one kind each pair once, and where those of
+        each object of the first kind begin.
+        """
+        n, m = map(len, indices)
+        starts = np.arange(1, n + 1) if kinds[0] == kinds[1] else np.zeros(n, np.int64)
+        ends = np.cumsum(m - starts)
+        begins = ends - (m - starts)
+        found = np.empty(INVARIANTS * (int(ends[-1]) if n else 0))
+        each = {"row": integers(indices[0]), "start": starts, "begin": begins}
+        shared: dict[str, Any] = {"first_kind": KINDS.index(kinds[0]), "second_kind": KINDS.index(kinds[1])}
+        shared |= {"first_rows": reals(rows[0]).reshape(-1), "second_rows": reals(rows[1]).reshape(-1)}
+        shared |= {"second": integers(indices[1]), "found": found}
+        grain = max(1, PAIRS // max(m, 1))
+        self._algorithms.run("invariants_of_all", n, each, shared, ("found",), self._threads, grain)
+        return found.reshape(INVARIANTS, -1), begins
 
     def invariants(self, kinds: tuple[str, str], rows: tuple[Array, Array], indices: tuple[Array, Array]) -> Array:
         """Invariants (n, 4) of pairs of objects, by their indices in rows; kinds in the order of `KINDS`."""

@@ -15,6 +15,8 @@ from .interface import algorithms_of
 from .model_rows import MatchCriterion, ModelData, integers, reals, settings_of
 
 Array = NDArray[Any]
+#: Rows of the query and of the reference, by kind.
+Matches = Mapping[str, tuple[Array, Array]]
 #: A candidate has converged if the square of its motor's change is less: rounding.
 MIN_SQUARED_CHANGE = 1e-28
 #: Objects moved and matched that are worth another thread: about a millisecond of work, and starting one takes 0.1 ms.
@@ -103,6 +105,21 @@ class Scene:
         self._run("rates", len(query), MATCHES, each, shared, ("found",))
         return each["found"]
 
+    def descend(self, motor: Array, matches: Matches, weights: Array | None, steps: int) -> tuple[Array, Array, int]:
+        """The motor of least cost over matches near a motor, their rates (n, 28) there, and steps of Gauss-Newton.
+
+        ``matches`` are rows of the query and of the reference by kind, with ``weights`` (n,) in their order.
+        """
+        count, motor = sum(len(rows) for rows, _ in matches.values()), np.array(motor, np.float64)
+        found = np.zeros((count, RATES))
+        pair_kinds = np.repeat([KINDS.index(kind) for kind in matches], [len(rows) for rows, _ in matches.values()])
+        query, reference = (_concatenate([pair[i] for pair in matches.values()]) for i in (0, 1))
+        shared: dict[str, Any] = {"pair_kinds": integers(pair_kinds), "query": query, "reference": reference}
+        shared |= {"motor": motor, "weights": np.ones(count) if weights is None else reals(weights), "steps": steps}
+        shared |= {"found": found, "trial": np.empty_like(found)}
+        (taken,) = self._run("descend", 1, 1, {}, shared, ("motor", "found", "trial"))
+        return motor, found, int(taken[0])
+
     def residual_rates(self, motor: Array, vectors: Array, directed: int, residuals: Array) -> Array:
         """Sum of squares of residuals (n, 6, 7), which are linear forms of vectors (n, 6), its gradient (6) and its
         Gauss-Newton matrix (21) by the twist, (n, 28).
@@ -150,6 +167,10 @@ class Scene:
         shared = {**self._shared, **shared}
         found: list[Array] = self._algorithms.run(stage, n, each, shared, changed, self._threads, grain)
         return found
+
+
+def _concatenate(rows: list[Array]) -> Array:
+    return integers(rows[0] if len(rows) == 1 else np.concatenate([np.empty(0, np.int64), *rows]))
 
 
 def scene_arrays(query: ModelData, reference: ModelData) -> dict[str, Array]:

@@ -17,12 +17,12 @@ from ...core.multivector import Algebra, Multivector
 from ...dispatch.formulas import evaluate
 from ..backends.driver import Driver
 from ..backends.model_rows import ModelData
-from ..backends.scene import Scene
+from ..backends.scene import Matches, Scene
 from ..matching.matching import center_of, squares
 from ..model.model import Model
 from ..model.normalization import NormalizedModel, normalize_pair, scale_coefficients
 from ..search.invariant_tables import sign_choices
-from .refinement import Matches, rates, refine_pose
+from .refinement import MAX_STEPS, rates, refine_pose
 
 Array = NDArray[Any]
 #: Axes are parallel if their second singular value is at most this fraction of the first.
@@ -168,8 +168,8 @@ def linear(models: ModelPair, pairs: Pairs, start: Array, iterations: int | None
     motors, determined = samples(models, pairs, np.arange(len(pairs))[None], pairs.signs[None])
     first = motors[0] if determined[0] else start
     before = float(rates(models.scene, first, pairs.by_kind()).costs.sum())
-    limit = {} if iterations is None else {"steps": iterations}
-    refined = refine_pose(models.scene, models.driver, first, pairs.by_kind(), **limit)
+    steps = MAX_STEPS if iterations is None else iterations
+    refined = refine_pose(models.scene, models.driver, first, pairs.by_kind(), steps)
     return EstimatorResult(refined.motor, refined.steps, (before, refined.cost), bool(np.isfinite(refined.motor).all()))
 
 

@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.programs.registration.pose import FREE
 from ...core.multivector import Algebra, Multivector
 from ...objects.screws import screw
 
 Array = NDArray[Any]
-#: A motion is free if its eigenvalue is at most this, relative to the largest one.
-FREE = 1e-9
 #: A motion is nearly free up to this relative eigenvalue.
 NEARLY_FREE = 1e-6
 #: A motion counts as free above this standard deviation of its twist (half of an angle, or of a translation in the

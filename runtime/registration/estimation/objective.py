@@ -18,12 +18,14 @@ from numpy.typing import NDArray
 from ...codegen.algorithms.registration_layout import RESIDUALS, VECTORS
 from ...codegen.errors import InputError
 from ...codegen.programs.registration.registration import DIRECTED
+from ..backends.driver import Driver
+from ..backends.scene import Matches
 from ..model.model import Model
 from ..model.normalization import NormalizedModel
 from ..model.parameters import rows_in_frame, transform_rows
 from ..model.similarity import similarity
 from ..model.uncertainty import Uncertainty
-from .refinement import Matches, Rates, rates_of
+from .refinement import Rates, RefinedPose, descend, rates_of, refine_pose, weighted
 from .residuals import CUT, Match, axes_of, linear_residuals, turned_rows, vectors, whitened
 
 Array = NDArray[Any]
@@ -122,6 +124,8 @@ class Part:
     kind: str
     rates_at: Callable[[Array], Array]
     weights: Array | None
+    #: Whether they are the costs of rotors.
+    is_plain: bool = False
 
 
 class Objective:
@@ -148,7 +152,7 @@ class Objective:
         self._is_absolute = bool(query.covariances or reference.covariances)
         self._motor = motor
         self._start = np.asarray(motor._data, np.float64)
-        self._parts = [self._part(kind, *rows) for kind, rows in matches.items()]
+        self._matches, self._parts = matches, [self._part(kind, *rows) for kind, rows in matches.items()]
         self._counts = np.concatenate(
             [np.empty(0), *(np.full(len(rows), RESIDUAL_COUNTS[k]) for k, (rows, _) in matches.items())]
         )
@@ -159,13 +163,21 @@ class Objective:
 
     def __call__(self, motor: Array) -> Rates:
         """Costs of the matches, their gradients and Gauss-Newton matrices."""
-        found = rates_of([_weighted(part.rates_at(motor), part.weights) for part in self._parts])
+        found = rates_of([weighted(part.rates_at(motor), part.weights) for part in self._parts])
         if self._loss is None or not len(self._counts):
             return found
         size = self._scale * self._counts
         z = found.costs / size
         slopes = self._loss.slope(z)[:, None]
         return Rates(size * self._loss.value(z), slopes * found.gradients, slopes * found.halves)
+
+    def minimize(self, driver: Driver, motor: Array) -> RefinedPose:
+        """The motor (8,) of least cost near another one."""
+        if self._loss is not None or not all(part.is_plain for part in self._parts):
+            return descend(self, driver, motor)
+        weights = [part.weights for part in self._parts if part.weights is not None]  # of all parts, or of none
+        known = np.concatenate(weights) if weights else None
+        return refine_pose(self._scene, driver, motor, self._matches, weights=known)
 
     @cached_property
     def _displacement(self) -> tuple[Array, Array]:
@@ -174,7 +186,7 @@ class Objective:
 
     def _deviation(self) -> float:
         """Standard deviation of a residual, from the median of the costs of matches that count."""
-        found = rates_of([_weighted(part.rates_at(self._start), part.weights) for part in self._parts])
+        found = rates_of([weighted(part.rates_at(self._start), part.weights) for part in self._parts])
         counting = found.halves.any(1)
         return _deviation(found.costs[counting], self._counts[counting])
 
@@ -189,7 +201,7 @@ class Objective:
         total = sum(known) if known else None
         weights = None if total is None else np.asarray(1 / total)
         if kind != "segment":
-            return Part(kind, lambda motor: self._scene.rates(kind, motor, x, y), weights)
+            return Part(kind, lambda motor: self._scene.rates(kind, motor, x, y), weights, is_plain=True)
         if total is None or weights is None:  # both ends of a whole segment as if they were two points
             each = np.full(len(x), 0.5 / POSITION_WEIGHT)
             return self._residuals(kind, x, y, each, each, None)
@@ -216,11 +228,6 @@ class Objective:
             values = (forms[..., :VECTORS] @ vectors(moved, kind)[0][..., None])[..., 0] - forms[..., VECTORS]
             forms[:, ACROSS:] *= _held_ends(values, self._is_absolute)[..., None]
         return Part(kind, lambda motor: self._scene.residual_rates(motor, places, directed, forms), weights)
-
-
-def _weighted(rows: Array, weights: Array | None) -> Array:
-    """Rates of matches that count more or less; none of those that do not count."""
-    return rows if weights is None else np.where(weights[:, None] > 0, weights[:, None] * rows, 0.0)
 
 
 def _deviation(squares: Array, counts: Array) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,28 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.algorithms.registration_layout import MOTOR, RATES, TWIST
+from ...codegen.programs.registration.pose import COST_SLACK, FREE, MAX_HALVINGS, MIN_STEP, MODE_REUSE_STEP
 from ...codegen.programs.registration.registration import KINDS
 from ..backends.driver import Driver
 from ..backends.model_rows import ModelData
-from ..backends.scene import Scene
+from ..backends.scene import Matches, Scene
 from .confidence import hotelling_inflation
-from .gauge_freedom import FREE
 
 Array = NDArray[Any]
 #: Largest number of Gauss-Newton steps.
 MAX_STEPS = 30
-#: A smaller change of the twist ends the steps.
-MIN_STEP = 1e-14
-#: After a smaller step the eigenmodes of the matrix are reused: the error of the next step is as small, relative to it.
-MODE_REUSE_STEP = 1e-6
-#: Largest number of halvings of a step.
-MAX_HALVINGS = 8
-#: Rounding of a cost, relative to it; its square is the absolute one.
-COST_SLACK = 1e-14
-#: Smallest fraction of its own residual that a match leaves: less where it alone determines a motion.
-MIN_OWN_RESIDUAL = 1e-3
-#: Rows of the query and of the reference, by kind.
-Matches = Mapping[str, tuple[Array, Array]]
+#: Matches up to which all steps are one compiled call, a single thread's; more are shared over threads at each step.
+MANY_MATCHES = 4096
 
 
 @dataclass(frozen=True)
@@ -129,9 +119,24 @@ def full(halves: Array) -> Array:
     return halves.take(_HALF_INDICES, -1)
 
 
-def refine_pose(scene: Scene, driver: Driver, motor: Array, matches: Matches, steps: int = MAX_STEPS) -> RefinedPose:
-    """The motor of least positive cost over matches, near another one."""
-    return descend(lambda motor: rates(scene, motor, matches), driver, motor, steps)
+def refine_pose(
+    scene: Scene, driver: Driver, motor: Array, matches: Matches, steps: int = MAX_STEPS, weights: Array | None = None
+) -> RefinedPose:
+    """The motor of least positive cost over matches, which may have weights (n,), near another one."""
+    if sum(len(rows) for rows, _ in matches.values()) <= MANY_MATCHES:
+        motor, found, taken = scene.descend(motor, matches, weights, steps)
+        return RefinedPose(motor, Rates(found[:, 0], found[:, 1:7], found[:, 7:]), taken)
+
+    def rates_at(motor: Array) -> Rates:
+        found = [scene.rates(kind, motor, *pairs) for kind, pairs in matches.items()]
+        return rates_of([weighted(np.concatenate(found), weights)])
+
+    return descend(rates_at, driver, motor, steps)
+
+
+def weighted(rows: Array, weights: Array | None) -> Array:
+    """Rates of matches that count more or less; none of those that do not count."""
+    return rows if weights is None else np.where(weights[:, None] > 0, weights[:, None] * rows, 0.0)
 
 
 def descend(rates_at: Callable[[Array], Rates], driver: Driver, motor: Array, steps: int = MAX_STEPS) -> RefinedPose:
@@ -167,7 +172,7 @@ def _pseudo_solve(modes: tuple[Array, Array], vector: Array) -> Array:
     )
 
 
-def covariance(pose: RefinedPose) -> tuple[Array, float]:
+def covariance(pose: RefinedPose, driver: Driver) -> tuple[Array, float]:
     """Covariance (6, 6) of the twist b in exp(b) R, and its inflation for the size of the sample.
 
     Their product C is such that b' C^-1 b < 12.59 holds for the true pose with probability 0.95.
@@ -184,18 +189,15 @@ def covariance(pose: RefinedPose) -> tuple[Array, float]:
     constrained = values > FREE * max(float(values[-1]), 0.0)
     if not constrained.any():
         return np.zeros((6, 6)), 1.0
-    whiten = vectors[:, constrained] / np.sqrt(values[constrained])
-    information = whiten.T @ pose.rates.matrices @ whiten  # sums to identity
-    remaining, axes = np.linalg.eigh(np.eye(int(constrained.sum())) - information)
-    influence = np.einsum("nji,nj->ni", axes, pose.rates.gradients @ whiten)
-    influence /= np.sqrt(np.maximum(remaining, MIN_OWN_RESIDUAL))
-    spread = np.einsum("nji,ni->nj", axes, influence)
-    factor = whiten @ spread.T
-    return factor @ factor.T, hotelling_inflation(effective_sample_size(information))
+    whiten = np.zeros((TWIST, TWIST))
+    whiten[:, constrained] = vectors[:, constrained] / np.sqrt(values[constrained])
+    rows = np.column_stack([pose.rates.costs, pose.rates.gradients, pose.rates.halves])
+    factor, traces, squares = driver.influences(rows, whiten)  # informations sum to identity
+    sample = effective_sample_size(int(constrained.sum()), traces, squares)
+    return factor.T @ factor, hotelling_inflation(sample)
 
 
-def effective_sample_size(information: Array) -> float:
-    """Number of equal matches that would estimate a covariance as well; ``information`` (n, p, p) sums to identity."""
-    p = information.shape[-1]
-    traces, squares = np.einsum("nii->n", information), np.einsum("nij,nij->n", information, information)
+def effective_sample_size(p: int, traces: Array, squares: Array) -> float:
+    """Number of equal matches that would estimate a covariance of p motions as well, by the traces (n,) of informations
+    (p, p), which sum to identity, and the sums of their squares."""
     return float(p * (p + 2) / (traces * traces + 2 * squares).sum())

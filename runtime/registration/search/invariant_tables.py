@@ -5,6 +5,7 @@ Pairs of two kinds are in one table, sorted by the invariant that varies most.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -22,6 +23,10 @@ Array = NDArray[Any]
 MAX_PAIRS = 500_000
 #: Index pairs of up to this many objects are cached.
 MAX_CACHED = 64
+#: Keys from which on they are put into classes before they are sorted, and the number of the last class.
+MANY_KEYS, MAX_CLASS = 1024, (1 << 16) - 1
+#: Of keys that are nearer to each other the classes cannot be told.
+TINY_SPAN = 1e-290
 #: Index of the cosine of the angle between two directions among the invariants; it has a sign.
 COSINE = 1
 #: Kinds whose invariants have a twist (formula `registration.line_twist`), which has a sign.
@@ -53,12 +58,27 @@ class Candidates:
 
 @dataclass(frozen=True)
 class Table:
-    """Pairs of reference objects of two kinds, sorted by the invariant ``column``; ``keys`` are its sizes, and
-    ``numbers`` (4, n) all invariants."""
+    """Pairs of reference objects of two kinds, sorted by the size of an invariant.
+
+    Attributes
+    ----------
+    first, second : arrays of int64
+        Rows of the objects of both kinds.
+    begins : array
+        Number of the first pair of each object of the first kind, before they were sorted.
+    order : array (n,)
+        These numbers in the order of the table.
+    numbers : array (4, n)
+        Invariants.
+    column, keys : int, array (n,)
+        The invariant that they are sorted by, and its sizes.
+    """
 
     kinds: tuple[str, str]
     first: Array
     second: Array
+    begins: Array
+    order: Array
     numbers: Array
     column: int
     keys: Array
@@ -94,7 +114,13 @@ class Table:
             source, position = source[near], position[near]
         orientation = np.sign(self.numbers[COSINE][position]) * np.sign(invariants[source, COSINE])
         orientation[unsure[source]] = 0
-        return Candidates(source, self.first[position], self.second[position], orientation)
+        return Candidates(source, *self._rows(self.order[position]), orientation)
+
+    def _rows(self, pairs: Array) -> tuple[Array, Array]:
+        """Rows of both objects of some pairs."""
+        first = self.begins.searchsorted(pairs, side="right") - 1
+        second = pairs - self.begins[first]
+        return self.first[first], self.second[second + first + 1 if self.kinds[0] == self.kinds[1] else second]
 
     def _compared_columns(self, invariants: Array) -> list[int]:
         """Columns of the invariants that are not all zero, the sorted one last: it excludes fewest pairs."""
@@ -158,29 +184,49 @@ def _table(
     driver: Driver, kinds: tuple[str, str], rows: Mapping[str, Array], rows_in_tables: Mapping[str, Array]
 ) -> Table:
     a, b = (rows_in_tables[k] for k in kinds)
-    i, j = pair_indices(kinds, len(a), len(b))
-    first, second = a[i].astype(np.int32), b[j].astype(np.int32)
-    invariants = driver.invariants(kinds, (rows[kinds[0]], rows[kinds[1]]), (first, second))
-    column = _most_different(invariants) if len(first) else 0
-    keys = _sort_keys(invariants, column)
-    order = keys.argsort(kind="stable")
-    numbers = invariants.take(order, 0).T
-    return Table(kinds, first[order], second[order], numbers, column, keys[order])
+    numbers, begins = driver.invariants_of_all(kinds, (rows[kinds[0]], rows[kinds[1]]), (a, b))
+    room = np.empty(numbers.shape[1])  # for all that is as large: fresh memory costs more than what is computed
+    column = _most_different(numbers, room) if len(room) else 0
+    order = stable_order(np.abs(numbers[column], out=room))
+    for own in numbers:
+        own[:] = own.take(order, out=room, mode="clip")
+    return Table(kinds, a, b, begins, order, numbers, column, np.abs(numbers[column], out=room))
 
 
-def _most_different(invariants: Array) -> int:
-    """Column of the largest variance of absolute values."""
-    sizes = np.abs(invariants)
-    sizes -= sizes.sum(0) / len(sizes)
-    return int((sizes * sizes).sum(0).argmax())
+def _most_different(numbers: Array, room: Array) -> int:
+    """Row of the largest variance of absolute values."""
+    variances = []
+    for own in numbers:
+        np.abs(own, out=room)
+        room -= room.sum() / len(room)
+        variances.append(np.multiply(room, room, out=room).sum())
+    return int(np.argmax(variances))
+
+
+def stable_order(keys: Array) -> Array:
+    """The stable order of keys (n,), as `numpy.argsort` gives it.
+
+    Many keys are first put into classes of nearly equal ones, by NumPy's radix sort of 16-bit integers: what is left is
+    nearly in order, which its sort of numbers is fast on.
+    """
+    low, high = (float(keys.min()), float(keys.max())) if len(keys) >= MANY_KEYS else (0.0, 0.0)
+    if not TINY_SPAN < high - low < math.inf:  # of few keys, of one, of such that are not finite
+        return np.argsort(keys, kind="stable")
+    by_class = ((keys - low) * (MAX_CLASS / (high - low))).astype(np.uint16).argsort(kind="stable")
+    return by_class.take(keys.take(by_class).argsort(kind="stable"))
 
 
 def pair_indices(kinds: tuple[str, str], n: int, m: int) -> tuple[Array, Array]:
     """Indices of all pairs of n objects of one kind and m of another; of one kind those with i < j."""
     if kinds[0] == kinds[1]:
-        return _few_pairs(n) if n <= MAX_CACHED else np.triu_indices(n, 1)
+        return _few_pairs(n) if n <= MAX_CACHED else _pairs_in_order(n)
     i, j = np.indices((n, m))
     return i.ravel(), j.ravel()
+
+
+def _pairs_in_order(n: int) -> tuple[Array, Array]:
+    low = np.arange(1, n + 1)
+    return expand_ranges(low, np.full(n, n))
 
 
 def expand_ranges(low: Array, high: Array) -> tuple[Array, Array]:
@@ -192,7 +238,7 @@ def expand_ranges(low: Array, high: Array) -> tuple[Array, Array]:
 
 @cache
 def _few_pairs(n: int) -> tuple[Array, Array]:
-    return np.triu_indices(n, 1)
+    return _pairs_in_order(n)
 
 
 @cache

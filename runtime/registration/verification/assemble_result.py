@@ -14,7 +14,7 @@ from ...codegen.programs.registration.registration import KINDS
 from ...core.multivector import Multivector
 from ..estimation.gauge_freedom import NEARLY_FREE, canonical_twist_basis, describe_twists, free_motions
 from ..estimation.objective import POSITION_WEIGHT
-from ..estimation.refinement import RefinedPose, covariance, descend, eigenmodes, normal_matrix
+from ..estimation.refinement import RefinedPose, covariance, eigenmodes, normal_matrix
 from ..model.normalization import motors_to_world, twists_to_world
 from ..result import PerItem, Registration, Step
 from ..search.problem import RegistrationProblem
@@ -105,7 +105,7 @@ def _refine_pose(problem: RegistrationProblem, motor: Array, inlier_scale: float
         is_settled = not problem.is_reweighted or change <= max(SETTLED * max(limits.values()), MIN_CHANGE)
         if before is not None and np.array_equal(indices, before) and is_settled:
             break
-        pose = descend(problem.objective(motor, indices), problem.driver, motor)
+        pose = problem.objective(motor, indices).minimize(problem.driver, motor)
         hit, are_segments = indices >= 0, problem.kinds == SEGMENT
         for by_ends in limits:
             of_sort = hit & (are_segments == by_ends)
@@ -149,7 +149,7 @@ def _result(
     for kind, count in counts.items():
         of_kind = problem.kinds == KINDS.index(kind)
         matches[kind] = indices[of_kind].astype(np.int64) if of_kind.any() else np.full(count, -1)
-    covariance_, inflation = covariance(best)
+    covariance_, inflation = covariance(best, problem.driver)
     free = canonical_twist_basis(free_motions(best.rates.modes, covariance_), problem.algebra)
     to_world = np.asarray(twists_to_world(problem.driver, np.eye(6), problem.reference, problem.algebra)._data).T
     undetermined = problem.algebra.wrap(problem.algebra.kind("twist"), free @ to_world.T)

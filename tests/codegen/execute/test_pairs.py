@@ -95,6 +95,9 @@ def test_nan_never_wins_and_the_first_of_equals_does(target: str) -> None:
     assert index.tolist() == [70, -1, 1]
     assert least.tolist() == [1.0, np.inf, 49.0]
     assert nearest(kernel, a, b[:1])[0].tolist() == [-1, -1, -1]
+    many, of_many = nearest(kernel, a[np.arange(1200) % 3], b)  # more rows than others: these are lanes
+    assert many.tolist() == 400 * [70, -1, 1]
+    assert of_many.tolist() == 400 * [1.0, np.inf, 49.0]
 
 
 @pytest.mark.parametrize("target", TARGETS)

@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from bladesmith import cga3d
 from bladesmith.codegen.execute import result_memory
 from bladesmith.codegen.execute.result_memory import LEAST, ResultMemory
 
@@ -131,3 +132,15 @@ def test_the_environment_says_how_much(value, megabytes) -> None:
         command, env={result_memory.LIMIT_VARIABLE: value, "PATH": ""}, capture_output=True, text=True, check=True
     )
     assert done.stdout.split() == [str(megabytes)]
+
+
+@pytest.mark.parametrize(
+    "operation", [lambda r: r * r, lambda r: ~r, lambda r: r >> r], ids=["product", "reverse", "motion"]
+)
+def test_operations_on_many_items_use_it(operation) -> None:
+    r = cga3d.translator(np.random.default_rng(0).normal(size=(LEAST // 64, 3))).as_kind("motor")
+    first = operation(r)
+    at, values = address(first._data), first._data[-1].tolist()
+    del first
+    again = operation(r)
+    assert address(again._data) == at and again._data[-1].tolist() == values

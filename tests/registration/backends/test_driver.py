@@ -13,7 +13,8 @@ from bladesmith.dispatch.formulas import ArrayOperand, evaluate
 from bladesmith.registration.backends.driver import Driver
 from bladesmith.registration.backends.model_rows import MatchCriterion, ModelData
 from bladesmith.registration.backends.scene import Scene
-from bladesmith.registration.search.invariant_tables import Tables
+from bladesmith.registration.estimation.refinement import MAX_STEPS, descend, rates_of, weighted
+from bladesmith.registration.search.invariant_tables import MANY_KEYS, Tables, pair_indices, stable_order
 
 from ...oracles.registration import ALGEBRA, PAIRS
 
@@ -302,3 +303,81 @@ def test_tables_find_the_one_of_many_rounds_about_a_line(kinds):
     found = table.find(driver.invariants(kinds, tuple(moved), places), 1e-6)
     np.testing.assert_array_equal(found.source, np.arange(15))
     np.testing.assert_array_equal(found.second if kinds[0] == "line" else found.first, rounds)
+
+
+@pytest.mark.parametrize("n", [MANY_KEYS - 1, 20 * MANY_KEYS])
+def test_the_order_of_keys_is_the_stable_one(n):
+    random = np.random.default_rng(n)
+    keys = {
+        "random": random.random(n),
+        "nearly all together": random.normal(size=n) ** 21,
+        "ties": random.integers(0, 9, n) / 7,
+        "one": np.full(n, 0.3),
+        "tiny": 5e-324 * random.integers(0, 9, n),
+        "huge": random.choice([-1.7e308, 1.7e308, 0.0], n),
+        "infinite": random.choice([np.inf, 1.0, 2.0], n),
+        "none": random.choice([np.nan, 1.0, 2.0], n),
+    }
+    for name, values in keys.items():
+        np.testing.assert_array_equal(stable_order(values), values.argsort(kind="stable"), err_msg=name)
+
+
+def test_pairs_of_one_kind_are_in_order():
+    for n in (0, 1, 2, 65):
+        found, expected = pair_indices(("line", "line"), n, n), np.triu_indices(n, 1)
+        for own, other in zip(found, expected, strict=True):
+            np.testing.assert_array_equal(own, other)
+
+
+@needs_compiler
+@pytest.mark.parametrize("kinds", [("line", "line"), ("point", "sphere")])
+def test_invariants_of_all_pairs_are_those_one_by_one(world, kinds):
+    rows = tuple(np.concatenate([world.reference[k], world.query[k]]) for k in kinds)
+    some = np.array([1, 4, 6, 7, 11]), np.array([1, 4, 6, 7, 11] if kinds[0] == kinds[1] else [0, 2, 3])
+    i, j = pair_indices(kinds, *map(len, some))
+    found, begins = world.driver.invariants_of_all(kinds, rows, some)
+    np.testing.assert_array_equal(found.T, world.driver.invariants(kinds, rows, (some[0][i], some[1][j])))
+    np.testing.assert_array_equal(begins, [int((i < k).sum()) for k in range(len(some[0]))])
+
+
+@needs_compiler
+@pytest.mark.parametrize("has_weights", [False, True])
+def test_all_steps_in_one_call_are_those_one_by_one(world, has_weights):
+    """Against the same on NumPy's eigenvectors and sums, which stops at the same motor."""
+    pairs = {k: (np.arange(COUNT), np.arange(2, COUNT + 2)) for k in KINDS}
+    weights = np.random.default_rng(3).uniform(0, 2, COUNT * len(KINDS)) if has_weights else None
+    if weights is not None:
+        weights[::4] = 0.0
+
+    def rates_at(motor):
+        rows = [world.scene.rates(kind, motor, *pair) for kind, pair in pairs.items()]
+        return rates_of([weighted(np.concatenate(rows), weights)])
+
+    motor, found, steps = world.scene.descend(world.motor, pairs, weights, MAX_STEPS)
+    expected = descend(rates_at, world.driver, world.motor)
+    np.testing.assert_allclose(motor, expected.motor, atol=1e-13)
+    rates = rates_at(motor)
+    np.testing.assert_array_equal(found, np.column_stack([rates.costs, rates.gradients, rates.halves]))
+    assert 1 < steps <= expected.steps + 2 and np.abs(rates.gradients.sum(0)).max() < 1e-12
+    assert rates.costs.sum() < 0.9 * rates_at(world.motor).costs.sum()
+    assert world.scene.descend(world.motor, pairs, weights, 0)[2] == 0
+
+
+@needs_compiler
+@pytest.mark.parametrize("free", [0, 2])
+def test_influences_are_those_of_the_formula(world, free):
+    random, n = np.random.default_rng(free), 9
+    slopes, gradients = random.normal(size=(n, 3, 6)), random.normal(size=(n, 6))
+    slopes[..., :free] = gradients[:, :free] = 0.0
+    matrices = slopes.swapaxes(1, 2) @ slopes
+    values, vectors = np.linalg.eigh(matrices.sum(0))
+    whiten = np.where(values > 1e-9 * values[-1], vectors / np.sqrt(np.maximum(values, 1e-300)), 0.0)
+    rows = np.column_stack([np.zeros(n), gradients, matrices[:, *np.triu_indices(6)]])
+    found, traces, squares = world.driver.influences(rows, whiten)
+    information = whiten.T @ matrices @ whiten
+    for i in range(n):
+        left, axes = np.linalg.eigh(np.eye(6) - information[i])
+        root = axes @ np.diag(1 / np.sqrt(np.maximum(left, 1e-3))) @ axes.T
+        np.testing.assert_allclose(found[i], whiten @ root @ whiten.T @ gradients[i], rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(traces, information.trace(axis1=1, axis2=2), rtol=1e-12)
+    np.testing.assert_allclose(squares, (information**2).sum((1, 2)), rtol=1e-12)

@@ -112,6 +112,8 @@ def stages(backend: Backend, kinds: tuple[str, ...], threads: int = 1, samples: 
     pairs = rng.integers(0, COUNT, (2, samples))
     for a, b in combinations_with_replacement(kinds, 2):
         found[f"invariants of {a}, {b}"] = [driver.invariants((a, b), (rows[0][a], rows[1][b]), tuple(pairs))]
+        some = np.arange(0, COUNT, 2), np.arange(0, COUNT, 2 if a == b else 3)
+        found[f"invariants of all {a}, {b}"] = list(driver.invariants_of_all((a, b), (rows[0][a], rows[1][b]), some))
     motor = driver.step(np.eye(8)[0], rng.normal(size=6) / 8)
     found["step"] = [motor]
     sides = [ModelData(r, {k: driver.elements(k, x) for k, x in r.items()}) for r in rows]
@@ -136,6 +138,13 @@ def stages(backend: Backend, kinds: tuple[str, ...], threads: int = 1, samples: 
     forms = rng.normal(size=(COUNT, 6, 7))
     found["residual_rates"] = [scene.residual_rates(motor, ends[0], directed, forms) for directed in (0, 1)]
     found["rates"] = [scene.rates(k, motor, *pairs % COUNT) for k in kinds]
+    paired = {k: (np.arange(COUNT), np.arange(COUNT)) for k in kinds}
+    weights = rng.choice([0.0, 0.5, 2.0], COUNT * len(kinds))
+    for given in (None, weights):
+        lowest, rates, steps = scene.descend(motor, paired, given, 6)
+        found[f"descend, {'no' if given is None else 'some'} weights"] = [lowest, rates, np.array(steps)]
+    whiten = np.linalg.qr(rng.normal(size=(6, 6)))[0] * np.array([0.3, 0.2, 0.2, 0.1, 0.1, 0.0])
+    found["influences"] = list(driver.influences(rates, whiten))
     matches, others = np.stack([asked_kinds, asked_rows]), rng.integers(-1, COUNT, len(asked_kinds))
     partners = np.where(others < 0, -1, others + COUNT * (np.arange(len(others)) // COUNT))
     start, turned = np.eye(8)[0], rng.choice([-1.0, 1.0], len(others))

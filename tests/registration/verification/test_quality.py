@@ -52,10 +52,11 @@ def test_inflation_is_hotellings_factor():
 
 
 def test_equal_matches_count_one_each():
-    assert effective_sample_size(np.tile(np.eye(6) / 15, (15, 1, 1))) == pytest.approx(15)
-    shares = np.tile(np.eye(6) / 15, (15, 1, 1))
+    shares = np.full(15, 1 / 15)  # of the identity
+    assert effective_sample_size(6, 6 * shares, 6 * shares**2) == pytest.approx(15)
     shares[0] *= 8
-    assert effective_sample_size(shares / 22 * 15) < 7  # one that says most
+    shares /= shares.sum()
+    assert effective_sample_size(6, 6 * shares, 6 * shares**2) < 7  # one that says most
 
 
 @pytest.mark.slow
