@@ -32,6 +32,12 @@ LOOK = (0, -4.0, 0.5), (0, 0, 0.1)
 REPEATS = 5
 #: A tube that fills about a third of the frame.
 TUBE = [((-0.9, 0.0, -0.3), (1.0, 0.2, 0.3), 1.0), ((1.0, 0.3, 0.4), (1.0, -0.3, 0.1), 0.7)]
+#: Cubic ones; the ribbon's ends make a linear one.
+CUBIC_TUBE = [TUBE[0], ((-0.3, 0.2, 0.1), (1.0, 0.0, -0.2), 0.8), ((0.3, -0.2, 0.2), (1.0, 0.3, 0.2), 0.9), TUBE[1]]
+CUBIC_RIBBON = [
+    ((-0.9, 0, -0.6), (-0.9, 0.2, 0.6)), ((-0.3, 0.2, -0.7), (-0.3, -0.1, 0.6)), ((0.3, -0.2, -0.5), (0.4, 0.3, 0.6)),
+    ((1.0, 0.3, -0.5), (0.8, -0.3, 0.7)),
+]  # fmt: skip
 #: Rings and segments of meshes, coarse first.
 MESHES = ((64, 128), (128, 256), (256, 512), (512, 1024), (1024, 2048))
 MANY, CHUNK = 10_000_000, 1_000_000
@@ -112,6 +118,31 @@ def sphere(options: argparse.Namespace) -> Iterator[Row]:
     scene = tracer.Scene(tracer.Camera.look_at((0, -4, 0), (0, 0, 0)), [], [surface])
     ns = best(lambda: scene.intersect(origins, directions, threads=1), SPHERE_RAYS) * 1e9
     yield {"what": "sphere, first hit in a scene", "ours": ns, **named}
+
+
+def several(options: argparse.Namespace) -> Iterator[Row]:
+    """(f) First hits of single rays, and of several at once: pixels, which are in order, and the same shuffled."""
+    from bladesmith.tracer.rendering import driver, several_rays
+
+    several_rays.PAYS = 1  # compiled at once
+    origins, directions = (a.reshape(-1, 3) for a in frame())
+    shuffled = np.random.default_rng(0).permutation(len(directions))
+    least, in_order = driver.MANY_RAYS, driver.are_in_order
+    for name, made, controls in (
+        ("linear tube", tracer.EvolvedCircles, TUBE), ("cubic tube", tracer.EvolvedCircles, CUBIC_TUBE),
+        ("linear ribbon", tracer.EvolvedPointPairs, CUBIC_RIBBON[::3]),
+        ("cubic ribbon", tracer.EvolvedPointPairs, CUBIC_RIBBON),
+    ):  # fmt: skip
+        scene = tracer.Scene(tracer.Camera.look_at(*LOOK), [], [made(controls)])
+        for order, rays in (("pixels", slice(None)), ("shuffled", shuffled)):
+            o, d = origins[rays], directions[rays]
+            ns = []
+            for many in (1 << 60, 1):
+                driver.MANY_RAYS, driver.are_in_order = many, lambda rays, n: True
+                ns.append(best(partial(scene.intersect, o, d, threads=1), len(d)) * 1e9)
+            driver.MANY_RAYS, driver.are_in_order = least, in_order
+            yield {"what": f"{name}, {order}, first hits, several rays at once", "ours": ns[1], "peer": ns[0],
+                   "name": "single", "unit": "ns/ray"}  # fmt: skip
 
 
 def embree_of(surface: Any, rings: int, around: int) -> tuple[Any, float]:
@@ -241,7 +272,7 @@ def user(options: argparse.Namespace) -> Iterator[Row]:
     yield {"what": what, "ours": ns, "peer": peer, "name": "clifford", "unit": "ns/ray"}
 
 
-PARTS = {"tube": tube, "sphere": sphere, "meshes": meshes, "demo": demo, "scale": scale, "user": user}
+PARTS = {each.__name__: each for each in (tube, several, sphere, meshes, demo, scale, user)}
 
 
 def row_text(row: Row) -> str:

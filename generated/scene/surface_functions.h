@@ -406,7 +406,7 @@ BS_OUTLINED S FN(rates_refine_evolved_circles_1_shared)(const S *ray, const S *r
 }
 
 /* Keep a root, if there is room. */
-BS_INLINE void FN(append)(S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)], S root)
+BS_INLINE void FN(append)(S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)], S root)
 {
   if (found[0] < roots_count_) {
     roots[found[0]] = root < K(0.0) ? K(0.0) : (root > K(1.0) ? K(1.0) : root);
@@ -416,7 +416,7 @@ BS_INLINE void FN(append)(S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_L
 
 /* Keep the root between two places, if the condition has unlike signs there. */
 BS_OUTLINED void FN(append_between_evolved_circles_1_shared)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   if ((f_lo < K(0.0)) != (f_hi < K(0.0))) {
     if (lo < hi) {
@@ -431,7 +431,7 @@ BS_OUTLINED void FN(append_between_evolved_circles_1_shared)(const S *ray, const
 
 /* Let a piece begin and end where f is certain; whether something is left above: its places and f in ``last``. */
 BS_OUTLINED int FN(trim_evolved_circles_1_shared)(const S *ray, const S *row, S *c, S piece[BS_LENGTH(5)],
-    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S width = piece[1] - piece[0];
   int is_certain;
@@ -490,38 +490,6 @@ BS_OUTLINED S FN(shared_bound_evolved_circles_1_shared)(const S *ray, const S *r
   return bound;
 }
 
-/* Coefficients on both halves of the interval of c; left or right may be c. */
-BS_INLINE void FN(halve_2)(S *left, S *right, const S *c)
-{
-  S w[3];
-  w[0] = c[0];
-  w[1] = c[1];
-  w[2] = c[2];
-  left[0] = K(1.0) * w[0];
-  right[2] = K(1.0) * w[2];
-  w[0] = w[0] + w[1];
-  w[1] = w[1] + w[2];
-  left[1] = K(0.5) * w[0];
-  right[1] = K(0.5) * w[1];
-  w[0] = w[0] + w[1];
-  left[2] = K(0.25) * w[0];
-  right[0] = K(0.25) * w[0];
-}
-
-/* f where a piece was parted. */
-BS_INLINE S FN(rates_parted_evolved_circles_1_shared)(const S *ray, const S *row, S at, S f_lo, ptrdiff_t roots_left,
-    S f_hi, ptrdiff_t roots_right)
-{
-  if (roots_left == -1) {
-    return f_lo < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
-  }
-  if (roots_right == -1) {
-    return f_hi < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
-  }
-  const S result = FN(value_evolved_circles_1_shared)(ray, row, at);
-  return result;
-}
-
 /* A run of noisy pieces up to this width is two or three roots that nearly meet; a wider one is probed. */
 BS_INLINE S FN(widest_run)(void)
 {
@@ -537,7 +505,7 @@ BS_INLINE S FN(secant)(S lo, S f_lo, S hi, S f_hi)
 
 /* Keep the roots between two places where f has like signs; whether it comes nearer to zero from both. */
 BS_OUTLINED int FN(rates_dip_evolved_circles_1_shared)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S result = FN(unit_roundoff)();
   const S tolerance = K(4.0) * result;
@@ -596,7 +564,7 @@ BS_OUTLINED int FN(rates_dip_evolved_circles_1_shared)(const S *ray, const S *ro
 
 /* Keep the roots between two places, by signs and slopes there; False: f only falls or only rises, and has none. */
 BS_OUTLINED int FN(rates_between_evolved_circles_1_shared)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   if (!((f_lo < K(0.0)) != (f_hi < K(0.0)))) {
     const int result = FN(rates_dip_evolved_circles_1_shared)(ray, row, lo, f_lo, hi, f_hi, roots, roots_count_, found);
@@ -611,7 +579,7 @@ BS_OUTLINED int FN(rates_between_evolved_circles_1_shared)(const S *ray, const S
 
 /* Keep the roots of f in a run of noisy pieces, where roots of p nearly meet. */
 BS_OUTLINED void FN(rates_settle_evolved_circles_1_shared)(const S *ray, const S *row, const S run[BS_LENGTH(5)],
-    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   (void)c;
   S f_lo = run[2];
@@ -663,23 +631,33 @@ BS_OUTLINED void FN(rates_settle_evolved_circles_1_shared)(const S *ray, const S
   }
 }
 
+/* Keep the roots of f in a run of noisy pieces, or leave the whole to another search. */
+BS_INLINE void FN(settle_evolved_circles_1_shared)(const S *ray, const S *row, const S run[BS_LENGTH(5)], const S *c,
+    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  FN(rates_settle_evolved_circles_1_shared)(ray, row, run, c, begin, end, roots, roots_count_, found);
+}
+
 /* Where the polygon of the coefficients first changes sign, as a fraction of its interval: near a root. */
 BS_INLINE S FN(crossing_2)(const S *c)
 {
-  ptrdiff_t i = 0;
-  while (i < 1 && !((c[i] < K(0.0)) != (c[i + 1] < K(0.0)))) {
-    i = i + 1;
-  }
-  const S part = c[i] / (c[i] - c[i + 1]);
-  return ((S)(i) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(2.0);
+  ptrdiff_t at = 1;
+  S first = c[1];
+  S after = c[2];
+  const int is_change = (c[0] < K(0.0)) != (c[1] < K(0.0));
+  at = is_change ? 0 : at;
+  first = is_change ? c[0] : first;
+  after = is_change ? c[1] : after;
+  const S part = first / (first - after);
+  return ((S)(at) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(2.0);
 }
 
 /* Keep the roots of one or two brackets. In turns: they do not wait for one another. */
 BS_INLINE void FN(rates_finish_evolved_circles_1_shared_2x9)(const S *ray, const S *row, S brackets[BS_LENGTH(18)],
-    ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   ptrdiff_t done[2];
-  done[0] = 0;
+  done[0] = count < 1 ? 1 : 0;
   done[1] = count < 2 ? 1 : 0;
   while (done[0] + done[1] < 2) {
     for (ptrdiff_t i = 0; i < count; i++) {
@@ -695,9 +673,41 @@ BS_INLINE void FN(rates_finish_evolved_circles_1_shared_2x9)(const S *ray, const
   }
 }
 
+/* Coefficients on both halves of the interval of c; left or right may be c. */
+BS_INLINE void FN(halve_2)(S *left, S *right, const S *c)
+{
+  S w[3];
+  w[0] = c[0];
+  w[1] = c[1];
+  w[2] = c[2];
+  left[0] = K(1.0) * w[0];
+  right[2] = K(1.0) * w[2];
+  w[0] = w[0] + w[1];
+  w[1] = w[1] + w[2];
+  left[1] = K(0.5) * w[0];
+  right[1] = K(0.5) * w[1];
+  w[0] = w[0] + w[1];
+  left[2] = K(0.25) * w[0];
+  right[0] = K(0.25) * w[0];
+}
+
+/* f where a piece was parted. */
+BS_INLINE S FN(rates_parted_evolved_circles_1_shared)(const S *ray, const S *row, S at, S f_lo, ptrdiff_t roots_left,
+    S f_hi, ptrdiff_t roots_right)
+{
+  if (roots_left == -1) {
+    return f_lo < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
+  }
+  if (roots_right == -1) {
+    return f_hi < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
+  }
+  const S result = FN(value_evolved_circles_1_shared)(ray, row, at);
+  return result;
+}
+
 /* Append the roots of f in [begin, end], rising. */
 BS_INLINE void FN(isolate_evolved_circles_1_shared)(const S *ray, const S *row, const S *coefficients, S noise,
-    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const ptrdiff_t deepest = K(BS_EPSILON) > K(1e-10) ? 13 : 27;
   const S result = FN(unit_roundoff)();
@@ -711,34 +721,42 @@ BS_INLINE void FN(isolate_evolved_circles_1_shared)(const S *ray, const S *row, 
   ptrdiff_t height = 0;
   ptrdiff_t pending = 0;
   int is_running = 0;
+  S whole[3];
+  S piece[5];
   for (ptrdiff_t i = 0; i < 3; i++) {
-    c[i] = coefficients[i];
+    whole[i] = coefficients[i];
   }
-  pieces[0] = begin;
-  pieces[1] = end;
-  pieces[4] = noise;
-  counts[0] = 0;
+  piece[0] = begin;
+  piece[1] = end;
+  piece[4] = noise;
   const S result1 = FN(value_evolved_circles_1_shared)(ray, row, begin > K(0.0) ? begin : -margin);
   const S f_begin = result1;
   const S result2 = FN(value_evolved_circles_1_shared)(ray, row, end < K(1.0) ? end : K(1.0) + margin);
   const S f_end = result2;
-  pieces[2] = f_begin;
-  pieces[3] = f_end;
+  piece[2] = f_begin;
+  piece[3] = f_end;
   ptrdiff_t result3;
   int result4;
-  FN(recount_2)(c, noise, &result3, &result4);
+  FN(recount_2)(whole, noise, &result3, &result4);
   ptrdiff_t count = result3;
   int is_unsure = result4;
   int is_trimmed = 0;
   if (is_unsure) {
-    const int result5 = FN(trim_evolved_circles_1_shared)(ray, row, c, pieces, last, roots, roots_count_, found);
+    const int result5 = FN(trim_evolved_circles_1_shared)(ray, row, whole, piece, last, roots, roots_count_, found);
     is_trimmed = result5;
     ptrdiff_t result6;
     int result7;
-    FN(recount_2)(c, noise, &result6, &result7);
+    FN(recount_2)(whole, noise, &result6, &result7);
     count = result6;
     is_unsure = result7;
   }
+  for (ptrdiff_t k = 0; k < 3; k++) {
+    c[k] = whole[k];
+  }
+  for (ptrdiff_t k1 = 0; k1 < 5; k1++) {
+    pieces[k1] = piece[k1];
+  }
+  counts[0] = 0;
   counts[1] = count;
   counts[2] = is_unsure ? 1 : 0;
   while (height >= 0) {
@@ -750,79 +768,92 @@ BS_INLINE void FN(isolate_evolved_circles_1_shared)(const S *ray, const S *row, 
     const int is_unlike = (f_lo < K(0.0)) != (f_hi < K(0.0));
     const ptrdiff_t most = is_unlike ? 2 : 1;
     count = counts[3 * height + 1];
+    S off = pieces[5 * height + 4];
     if ((counts[3 * height + 2] != 0) && (count == -2 || count > most)) {
       const S result8 = FN(shared_bound_evolved_circles_1_shared)(ray, row, hi, K(1.0) - lo);
       const S terms = result8;
       const S result9 = FN(unit_roundoff)();
-      pieces[5 * height + 4] = FN(bs_min)(pieces[5 * height + 4], K(288.0) * result9 * terms);
+      off = FN(bs_min)(off, K(288.0) * result9 * terms);
       ptrdiff_t result10;
       int result11;
-      FN(recount_2)(c + 3 * height, pieces[5 * height + 4], &result10, &result11);
+      FN(recount_2)(c + 3 * height, off, &result10, &result11);
       count = result10;
       is_unsure = result11;
     }
     const int is_crowded = count > most;
     const int is_noisy = (count == -2) || (is_crowded && counts[3 * height] == deepest);
-    if (is_crowded && !is_noisy) {
-      FN(halve_2)(c + 3 * upper, c + 3 * height, c + 3 * height);
-      const S middle = K(0.5) * (lo + hi);
-      pieces[5 * upper] = lo;
-      pieces[5 * upper + 2] = f_lo;
-      pieces[5 * upper + 1] = middle;
-      pieces[5 * height] = middle;
-      const S off = pieces[5 * height + 4];
-      pieces[5 * upper + 4] = off;
-      counts[3 * height] = counts[3 * height] + 1;
-      counts[3 * upper] = counts[3 * height];
-      ptrdiff_t result12;
-      int result13;
-      FN(variations_2)(c + 3 * upper, off, &result12, &result13);
-      const ptrdiff_t lower_count = result12;
-      const int is_lower_unsure = result13;
-      ptrdiff_t result14;
-      int result15;
-      FN(variations_2)(c + 3 * height, off, &result14, &result15);
-      const ptrdiff_t upper_count = result14;
-      const int is_upper_unsure = result15;
-      counts[3 * upper + 1] = lower_count;
-      counts[3 * upper + 2] = is_lower_unsure ? 1 : 0;
-      counts[3 * height + 1] = upper_count;
-      counts[3 * height + 2] = is_upper_unsure ? 1 : 0;
-      const S result16 = FN(rates_parted_evolved_circles_1_shared)(ray, row, middle, f_lo, lower_count, f_hi, upper_count);
-      const S f = result16;
-      pieces[5 * upper + 3] = f;
-      pieces[5 * height + 2] = f;
-      height = height + (is_running || lower_count != -1 ? 1 : 0);
-      continue;
-    }
-    if (is_running && !is_noisy) {
-      FN(rates_settle_evolved_circles_1_shared)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
-      is_running = 0;
-    }
-    if (is_noisy) {
-      if (!is_running) {
-        run[0] = lo;
-        run[2] = f_lo;
+    const int is_halved = is_crowded && !is_noisy;
+    if (count != -3 && !is_halved) {
+      if (is_running && !is_noisy) {
+        FN(settle_evolved_circles_1_shared)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+        is_running = 0;
       }
-      run[1] = hi;
-      run[3] = f_hi;
-      is_running = 1;
-    } else {
-      if (count >= 0 && is_unlike) {
-        const S result17 = FN(crossing_2)(c + 3 * height);
-        const S guess = lo + (hi - lo) * result17;
-        FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets + 9 * pending);
-        pending = pending + 1;
+      if (is_noisy) {
+        if (!is_running) {
+          run[0] = lo;
+          run[2] = f_lo;
+        }
+        run[1] = hi;
+        run[3] = f_hi;
+        is_running = 1;
+      } else {
+        if (count >= 0 && is_unlike) {
+          const S result12 = FN(crossing_2)(c + 3 * height);
+          const S guess = lo + (hi - lo) * result12;
+          if (pending == 0) {
+            FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets);
+          } else {
+            FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets + 9);
+          }
+          pending = pending + 1;
+        }
       }
     }
-    if ((pending == 2) || ((pending > 0) && (is_running || height == 0))) {
+    if (((pending == 2) || (pending > 0 && is_running))) {
       FN(rates_finish_evolved_circles_1_shared_2x9)(ray, row, brackets, pending, roots, roots_count_, found);
       pending = 0;
     }
-    height = height - 1;
+    if ((is_halved)) {
+      FN(halve_2)(c + 3 * upper, c + 3 * height, c + 3 * height);
+      const S middle = K(0.5) * (lo + hi);
+      const ptrdiff_t depth = counts[3 * height] + 1;
+      ptrdiff_t result13;
+      int result14;
+      FN(variations_2)(c + 3 * upper, off, &result13, &result14);
+      const ptrdiff_t lower_count = result13;
+      const int is_lower_unsure = result14;
+      ptrdiff_t result15;
+      int result16;
+      FN(variations_2)(c + 3 * height, off, &result15, &result16);
+      const ptrdiff_t upper_count = result15;
+      const int is_upper_unsure = result16;
+      const int is_below = is_halved && (is_running || lower_count != -1);
+      const S result17 = FN(rates_parted_evolved_circles_1_shared)(ray, row, middle, f_lo, is_halved ? lower_count : -1,
+          f_hi, upper_count);
+      const S f = result17;
+      pieces[5 * upper] = lo;
+      pieces[5 * upper + 1] = middle;
+      pieces[5 * upper + 2] = f_lo;
+      pieces[5 * upper + 3] = f;
+      pieces[5 * upper + 4] = off;
+      pieces[5 * height] = middle;
+      pieces[5 * height + 2] = f;
+      counts[3 * upper] = depth;
+      counts[3 * height] = depth;
+      counts[3 * upper + 1] = is_below ? lower_count : -3;
+      counts[3 * height + 1] = is_halved ? upper_count : -3;
+      counts[3 * upper + 2] = is_below && is_lower_unsure ? 1 : 0;
+      counts[3 * height + 2] = is_halved && is_upper_unsure ? 1 : 0;
+      height = height + ((is_below) ? 1 : 0);
+    } else {
+      height = height - 1;
+    }
+  }
+  if (pending > 0) {
+    FN(rates_finish_evolved_circles_1_shared_2x9)(ray, row, brackets, pending, roots, roots_count_, found);
   }
   if (is_running) {
-    FN(rates_settle_evolved_circles_1_shared)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+    FN(settle_evolved_circles_1_shared)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
   }
   if (is_trimmed) {
     FN(append_between_evolved_circles_1_shared)(ray, row, last[0], last[1], last[2], last[3],
@@ -861,7 +892,7 @@ BS_INLINE int FN(has_root_at)(const S *roots, ptrdiff_t count, S end)
 }
 
 /* Put an end of a piece among its roots; there is room. */
-BS_OUTLINED void FN(add_end)(S *roots, ptrdiff_t found[BS_LENGTH(2)], S end)
+BS_OUTLINED void FN(add_end)(S *roots, ptrdiff_t found[BS_LENGTH(3)], S end)
 {
   const ptrdiff_t count = found[0];
   ptrdiff_t at = count;
@@ -877,7 +908,7 @@ BS_OUTLINED void FN(add_end)(S *roots, ptrdiff_t found[BS_LENGTH(2)], S end)
 
 /* Keep an end of the piece where there is a circle, no root next to it, and f is zero to rounding. */
 BS_OUTLINED void FN(add_touching_end_evolved_circles_1_shared)(const S *ray, const S *row, S end, S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const int result = FN(is_real)(row + 11, end);
   if (!result || found[0] == roots_count_) {
@@ -898,7 +929,7 @@ BS_OUTLINED void FN(add_touching_end_evolved_circles_1_shared)(const S *ray, con
 BS_OUTLINED ptrdiff_t FN(isolated_shared_evolved_circles_1)(S *ray, const S *row, S *roots, ptrdiff_t roots_count_)
 {
   S part[3];
-  ptrdiff_t found[2] = {0};
+  ptrdiff_t found[3] = {0};
   S row1[3];
   FN(cga3d_common_sphere_meets_1)(row1, ray, row + 19);
   for (ptrdiff_t k = 0; k < 3; k++) {
@@ -1266,7 +1297,7 @@ BS_OUTLINED S FN(rates_refine_evolved_circles_1)(const S *ray, const S *row, S l
 
 /* Keep the root between two places, if the condition has unlike signs there. */
 BS_OUTLINED void FN(append_between_evolved_circles_1)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   if ((f_lo < K(0.0)) != (f_hi < K(0.0))) {
     if (lo < hi) {
@@ -1281,7 +1312,7 @@ BS_OUTLINED void FN(append_between_evolved_circles_1)(const S *ray, const S *row
 
 /* Let a piece begin and end where f is certain; whether something is left above: its places and f in ``last``. */
 BS_OUTLINED int FN(trim_evolved_circles_1)(const S *ray, const S *row, S *c, S piece[BS_LENGTH(5)],
-    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S width = piece[1] - piece[0];
   int is_certain;
@@ -1337,6 +1368,200 @@ BS_OUTLINED S FN(polynomial_bound_evolved_circles_1)(const S *ray, const S *row,
   FN(cga3d_evolved_polynomial_bound_1)(row3, ray, row + 19, row + 22, row1, row2);
   const S bound = row3[0];
   return bound;
+}
+
+/* Keep the roots between two places where f has like signs; whether it comes nearer to zero from both. */
+BS_OUTLINED int FN(rates_dip_evolved_circles_1)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi, S *roots,
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  const S result = FN(unit_roundoff)();
+  const S tolerance = K(4.0) * result;
+  const S side = f_lo < K(0.0) ? K(-1.0) : K(1.0);
+  S low[2];
+  S high[2];
+  S f_rate[2];
+  f_rate[0] = f_lo;
+  f_rate[1] = K(0.0);
+  S left = lo;
+  S right = hi;
+  S x = lo;
+  FN(condition_rate_evolved_circles_1)(ray, row, lo, K(1.0) - lo, low);
+  FN(condition_rate_evolved_circles_1)(ray, row, hi, K(1.0) - hi, high);
+  if (!(side * low[1] < K(0.0) && side * high[1] >= K(0.0))) {
+    return 0;
+  }
+  for (ptrdiff_t step = 0; step < 128; step++) {
+    if (!(right - left > tolerance)) {
+      break;
+    }
+    const S crossing = left + (right - left) * (low[1] / (low[1] - high[1]));
+    const int is_plain = bs_remainder(step, 3) == 2 || !(crossing > left && crossing < right);
+    x = is_plain ? K(0.5) * (left + right) : crossing;
+    FN(condition_rate_evolved_circles_1)(ray, row, x, K(1.0) - x, f_rate);
+    if (side * f_rate[0] < K(0.0) || f_rate[1] == K(0.0)) {
+      break;
+    }
+    if (side * f_rate[1] < K(0.0)) {
+      left = x;
+      low[1] = f_rate[1];
+    } else {
+      right = x;
+      high[1] = f_rate[1];
+    }
+  }
+  const S f = f_rate[0];
+  const int result1 = FN(touches_evolved_circles_1)(ray, row, x, f);
+  const int is_touching = result1;
+  if (is_touching) {
+    FN(append)(roots, roots_count_, found, x);
+  } else {
+    if (side * f < K(0.0)) {
+      const S result2 = FN(secant)(lo, f_lo, x, f);
+      const S result3 = FN(rates_refine_evolved_circles_1)(ray, row, lo, f_lo, x, f, result2);
+      const S first = result3;
+      FN(append)(roots, roots_count_, found, first);
+      const S result4 = FN(secant)(x, f, hi, f_hi);
+      const S result5 = FN(rates_refine_evolved_circles_1)(ray, row, x, f, hi, f_hi, result4);
+      const S second = result5;
+      FN(append)(roots, roots_count_, found, second);
+    }
+  }
+  return 1;
+}
+
+/* Keep the roots between two places, by signs and slopes there; False: f only falls or only rises, and has none. */
+BS_OUTLINED int FN(rates_between_evolved_circles_1)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi, S *roots,
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  if (!((f_lo < K(0.0)) != (f_hi < K(0.0)))) {
+    const int result = FN(rates_dip_evolved_circles_1)(ray, row, lo, f_lo, hi, f_hi, roots, roots_count_, found);
+    return result;
+  }
+  const S result1 = FN(secant)(lo, f_lo, hi, f_hi);
+  const S result2 = FN(rates_refine_evolved_circles_1)(ray, row, lo, f_lo, hi, f_hi, result1);
+  const S root = result2;
+  FN(append)(roots, roots_count_, found, root);
+  return 1;
+}
+
+/* Keep the roots of f in a run of noisy pieces, where roots of p nearly meet. */
+BS_OUTLINED void FN(rates_settle_evolved_circles_1)(const S *ray, const S *row, const S run[BS_LENGTH(5)],
+    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  (void)c;
+  S f_lo = run[2];
+  S f_hi = run[3];
+  if (run[0] > begin) {
+    const S result = FN(value_evolved_circles_1)(ray, row, run[0]);
+    f_lo = result;
+  }
+  if (run[1] < end) {
+    const S result1 = FN(value_evolved_circles_1)(ray, row, run[1]);
+    f_hi = result1;
+  }
+  const S result2 = FN(widest_run)();
+  if (!(run[1] - run[0] > result2)) {
+    const int result3 = FN(rates_between_evolved_circles_1)(ray, row, run[0], f_lo, run[1], f_hi, roots, roots_count_,
+        found);
+    const int is_found = result3;
+    if (!is_found) {
+      const int is_first = ABS(f_lo) < ABS(f_hi);
+      const S x = is_first ? run[0] : run[1];
+      const int result4 = FN(touches_evolved_circles_1)(ray, row, x, is_first ? f_lo : f_hi);
+      const int is_touching = result4;
+      if (is_touching) {
+        FN(append)(roots, roots_count_, found, x);
+      }
+    }
+    return;
+  }
+  ptrdiff_t zeros = 0;
+  S lo = run[0];
+  S f = f_lo;
+  for (ptrdiff_t i = 1; i < 33; i++) {
+    S hi = run[1];
+    S after = f_hi;
+    if (i < 32) {
+      hi = run[0] + (run[1] - run[0]) * ((S)(i) / K(32.0));
+      const S result5 = FN(value_evolved_circles_1)(ray, row, hi);
+      after = result5;
+    }
+    const int result6 = FN(touches_evolved_circles_1)(ray, row, hi, after);
+    const int is_zero = result6;
+    zeros = zeros + (is_zero ? 1 : 0);
+    FN(rates_between_evolved_circles_1)(ray, row, lo, f, hi, after, roots, roots_count_, found);
+    lo = hi;
+    f = after;
+  }
+  if (zeros == 32) {
+    found[1] = 1;
+  }
+}
+
+/* Keep the roots of f in a run of noisy pieces, or leave the whole to another search. */
+BS_INLINE void FN(settle_evolved_circles_1)(const S *ray, const S *row, const S run[BS_LENGTH(5)], const S *c,
+    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  FN(rates_settle_evolved_circles_1)(ray, row, run, c, begin, end, roots, roots_count_, found);
+}
+
+/* Where the polygon of the coefficients first changes sign, as a fraction of its interval: near a root. */
+BS_INLINE S FN(crossing_8)(const S *c)
+{
+  ptrdiff_t at = 7;
+  S first = c[7];
+  S after = c[8];
+  int is_change = (c[6] < K(0.0)) != (c[7] < K(0.0));
+  at = is_change ? 6 : at;
+  first = is_change ? c[6] : first;
+  after = is_change ? c[7] : after;
+  is_change = (c[5] < K(0.0)) != (c[6] < K(0.0));
+  at = is_change ? 5 : at;
+  first = is_change ? c[5] : first;
+  after = is_change ? c[6] : after;
+  is_change = (c[4] < K(0.0)) != (c[5] < K(0.0));
+  at = is_change ? 4 : at;
+  first = is_change ? c[4] : first;
+  after = is_change ? c[5] : after;
+  is_change = (c[3] < K(0.0)) != (c[4] < K(0.0));
+  at = is_change ? 3 : at;
+  first = is_change ? c[3] : first;
+  after = is_change ? c[4] : after;
+  is_change = (c[2] < K(0.0)) != (c[3] < K(0.0));
+  at = is_change ? 2 : at;
+  first = is_change ? c[2] : first;
+  after = is_change ? c[3] : after;
+  is_change = (c[1] < K(0.0)) != (c[2] < K(0.0));
+  at = is_change ? 1 : at;
+  first = is_change ? c[1] : first;
+  after = is_change ? c[2] : after;
+  is_change = (c[0] < K(0.0)) != (c[1] < K(0.0));
+  at = is_change ? 0 : at;
+  first = is_change ? c[0] : first;
+  after = is_change ? c[1] : after;
+  const S part = first / (first - after);
+  return ((S)(at) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(8.0);
+}
+
+/* Keep the roots of one or two brackets. In turns: they do not wait for one another. */
+BS_INLINE void FN(rates_finish_evolved_circles_1_2x9)(const S *ray, const S *row, S brackets[BS_LENGTH(18)],
+    ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  ptrdiff_t done[2];
+  done[0] = count < 1 ? 1 : 0;
+  done[1] = count < 2 ? 1 : 0;
+  while (done[0] + done[1] < 2) {
+    for (ptrdiff_t i = 0; i < count; i++) {
+      if (done[i] == 0) {
+        const int result = FN(advance_evolved_circles_1)(ray, row, brackets + 9 * i);
+        const int is_done = result;
+        done[i] = is_done ? 1 : 0;
+      }
+    }
+  }
+  for (ptrdiff_t i = 0; i < count; i++) {
+    FN(append)(roots, roots_count_, found, brackets[9 * i + 2]);
+  }
 }
 
 /* Coefficients on both halves of the interval of c; left or right may be c. */
@@ -1422,169 +1647,9 @@ BS_INLINE S FN(rates_parted_evolved_circles_1)(const S *ray, const S *row, S at,
   return result;
 }
 
-/* Keep the roots between two places where f has like signs; whether it comes nearer to zero from both. */
-BS_OUTLINED int FN(rates_dip_evolved_circles_1)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi, S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
-{
-  const S result = FN(unit_roundoff)();
-  const S tolerance = K(4.0) * result;
-  const S side = f_lo < K(0.0) ? K(-1.0) : K(1.0);
-  S low[2];
-  S high[2];
-  S f_rate[2];
-  f_rate[0] = f_lo;
-  f_rate[1] = K(0.0);
-  S left = lo;
-  S right = hi;
-  S x = lo;
-  FN(condition_rate_evolved_circles_1)(ray, row, lo, K(1.0) - lo, low);
-  FN(condition_rate_evolved_circles_1)(ray, row, hi, K(1.0) - hi, high);
-  if (!(side * low[1] < K(0.0) && side * high[1] >= K(0.0))) {
-    return 0;
-  }
-  for (ptrdiff_t step = 0; step < 128; step++) {
-    if (!(right - left > tolerance)) {
-      break;
-    }
-    const S crossing = left + (right - left) * (low[1] / (low[1] - high[1]));
-    const int is_plain = bs_remainder(step, 3) == 2 || !(crossing > left && crossing < right);
-    x = is_plain ? K(0.5) * (left + right) : crossing;
-    FN(condition_rate_evolved_circles_1)(ray, row, x, K(1.0) - x, f_rate);
-    if (side * f_rate[0] < K(0.0) || f_rate[1] == K(0.0)) {
-      break;
-    }
-    if (side * f_rate[1] < K(0.0)) {
-      left = x;
-      low[1] = f_rate[1];
-    } else {
-      right = x;
-      high[1] = f_rate[1];
-    }
-  }
-  const S f = f_rate[0];
-  const int result1 = FN(touches_evolved_circles_1)(ray, row, x, f);
-  const int is_touching = result1;
-  if (is_touching) {
-    FN(append)(roots, roots_count_, found, x);
-  } else {
-    if (side * f < K(0.0)) {
-      const S result2 = FN(secant)(lo, f_lo, x, f);
-      const S result3 = FN(rates_refine_evolved_circles_1)(ray, row, lo, f_lo, x, f, result2);
-      const S first = result3;
-      FN(append)(roots, roots_count_, found, first);
-      const S result4 = FN(secant)(x, f, hi, f_hi);
-      const S result5 = FN(rates_refine_evolved_circles_1)(ray, row, x, f, hi, f_hi, result4);
-      const S second = result5;
-      FN(append)(roots, roots_count_, found, second);
-    }
-  }
-  return 1;
-}
-
-/* Keep the roots between two places, by signs and slopes there; False: f only falls or only rises, and has none. */
-BS_OUTLINED int FN(rates_between_evolved_circles_1)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi, S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
-{
-  if (!((f_lo < K(0.0)) != (f_hi < K(0.0)))) {
-    const int result = FN(rates_dip_evolved_circles_1)(ray, row, lo, f_lo, hi, f_hi, roots, roots_count_, found);
-    return result;
-  }
-  const S result1 = FN(secant)(lo, f_lo, hi, f_hi);
-  const S result2 = FN(rates_refine_evolved_circles_1)(ray, row, lo, f_lo, hi, f_hi, result1);
-  const S root = result2;
-  FN(append)(roots, roots_count_, found, root);
-  return 1;
-}
-
-/* Keep the roots of f in a run of noisy pieces, where roots of p nearly meet. */
-BS_OUTLINED void FN(rates_settle_evolved_circles_1)(const S *ray, const S *row, const S run[BS_LENGTH(5)],
-    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
-{
-  (void)c;
-  S f_lo = run[2];
-  S f_hi = run[3];
-  if (run[0] > begin) {
-    const S result = FN(value_evolved_circles_1)(ray, row, run[0]);
-    f_lo = result;
-  }
-  if (run[1] < end) {
-    const S result1 = FN(value_evolved_circles_1)(ray, row, run[1]);
-    f_hi = result1;
-  }
-  const S result2 = FN(widest_run)();
-  if (!(run[1] - run[0] > result2)) {
-    const int result3 = FN(rates_between_evolved_circles_1)(ray, row, run[0], f_lo, run[1], f_hi, roots, roots_count_,
-        found);
-    const int is_found = result3;
-    if (!is_found) {
-      const int is_first = ABS(f_lo) < ABS(f_hi);
-      const S x = is_first ? run[0] : run[1];
-      const int result4 = FN(touches_evolved_circles_1)(ray, row, x, is_first ? f_lo : f_hi);
-      const int is_touching = result4;
-      if (is_touching) {
-        FN(append)(roots, roots_count_, found, x);
-      }
-    }
-    return;
-  }
-  ptrdiff_t zeros = 0;
-  S lo = run[0];
-  S f = f_lo;
-  for (ptrdiff_t i = 1; i < 33; i++) {
-    S hi = run[1];
-    S after = f_hi;
-    if (i < 32) {
-      hi = run[0] + (run[1] - run[0]) * ((S)(i) / K(32.0));
-      const S result5 = FN(value_evolved_circles_1)(ray, row, hi);
-      after = result5;
-    }
-    const int result6 = FN(touches_evolved_circles_1)(ray, row, hi, after);
-    const int is_zero = result6;
-    zeros = zeros + (is_zero ? 1 : 0);
-    FN(rates_between_evolved_circles_1)(ray, row, lo, f, hi, after, roots, roots_count_, found);
-    lo = hi;
-    f = after;
-  }
-  if (zeros == 32) {
-    found[1] = 1;
-  }
-}
-
-/* Where the polygon of the coefficients first changes sign, as a fraction of its interval: near a root. */
-BS_INLINE S FN(crossing_8)(const S *c)
-{
-  ptrdiff_t i = 0;
-  while (i < 7 && !((c[i] < K(0.0)) != (c[i + 1] < K(0.0)))) {
-    i = i + 1;
-  }
-  const S part = c[i] / (c[i] - c[i + 1]);
-  return ((S)(i) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(8.0);
-}
-
-/* Keep the roots of one or two brackets. In turns: they do not wait for one another. */
-BS_INLINE void FN(rates_finish_evolved_circles_1_2x9)(const S *ray, const S *row, S brackets[BS_LENGTH(18)],
-    ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
-{
-  ptrdiff_t done[2];
-  done[0] = 0;
-  done[1] = count < 2 ? 1 : 0;
-  while (done[0] + done[1] < 2) {
-    for (ptrdiff_t i = 0; i < count; i++) {
-      if (done[i] == 0) {
-        const int result = FN(advance_evolved_circles_1)(ray, row, brackets + 9 * i);
-        const int is_done = result;
-        done[i] = is_done ? 1 : 0;
-      }
-    }
-  }
-  for (ptrdiff_t i = 0; i < count; i++) {
-    FN(append)(roots, roots_count_, found, brackets[9 * i + 2]);
-  }
-}
-
 /* Append the roots of f in [begin, end], rising. */
 BS_INLINE void FN(isolate_evolved_circles_1)(const S *ray, const S *row, const S *coefficients, S noise, S begin,
-    S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const ptrdiff_t deepest = K(BS_EPSILON) > K(1e-10) ? 13 : 27;
   const S result = FN(unit_roundoff)();
@@ -1598,34 +1663,42 @@ BS_INLINE void FN(isolate_evolved_circles_1)(const S *ray, const S *row, const S
   ptrdiff_t height = 0;
   ptrdiff_t pending = 0;
   int is_running = 0;
+  S whole[9];
+  S piece[5];
   for (ptrdiff_t i = 0; i < 9; i++) {
-    c[i] = coefficients[i];
+    whole[i] = coefficients[i];
   }
-  pieces[0] = begin;
-  pieces[1] = end;
-  pieces[4] = noise;
-  counts[0] = 0;
+  piece[0] = begin;
+  piece[1] = end;
+  piece[4] = noise;
   const S result1 = FN(value_evolved_circles_1)(ray, row, begin > K(0.0) ? begin : -margin);
   const S f_begin = result1;
   const S result2 = FN(value_evolved_circles_1)(ray, row, end < K(1.0) ? end : K(1.0) + margin);
   const S f_end = result2;
-  pieces[2] = f_begin;
-  pieces[3] = f_end;
+  piece[2] = f_begin;
+  piece[3] = f_end;
   ptrdiff_t result3;
   int result4;
-  FN(recount_8)(c, noise, &result3, &result4);
+  FN(recount_8)(whole, noise, &result3, &result4);
   ptrdiff_t count = result3;
   int is_unsure = result4;
   int is_trimmed = 0;
   if (is_unsure) {
-    const int result5 = FN(trim_evolved_circles_1)(ray, row, c, pieces, last, roots, roots_count_, found);
+    const int result5 = FN(trim_evolved_circles_1)(ray, row, whole, piece, last, roots, roots_count_, found);
     is_trimmed = result5;
     ptrdiff_t result6;
     int result7;
-    FN(recount_8)(c, noise, &result6, &result7);
+    FN(recount_8)(whole, noise, &result6, &result7);
     count = result6;
     is_unsure = result7;
   }
+  for (ptrdiff_t k = 0; k < 9; k++) {
+    c[k] = whole[k];
+  }
+  for (ptrdiff_t k1 = 0; k1 < 5; k1++) {
+    pieces[k1] = piece[k1];
+  }
+  counts[0] = 0;
   counts[1] = count;
   counts[2] = is_unsure ? 1 : 0;
   while (height >= 0) {
@@ -1637,79 +1710,92 @@ BS_INLINE void FN(isolate_evolved_circles_1)(const S *ray, const S *row, const S
     const int is_unlike = (f_lo < K(0.0)) != (f_hi < K(0.0));
     const ptrdiff_t most = is_unlike ? 2 : 1;
     count = counts[3 * height + 1];
+    S off = pieces[5 * height + 4];
     if ((counts[3 * height + 2] != 0) && (count == -2 || count > most)) {
       const S result8 = FN(polynomial_bound_evolved_circles_1)(ray, row, hi, K(1.0) - lo);
       const S terms = result8;
       const S result9 = FN(unit_roundoff)();
-      pieces[5 * height + 4] = FN(bs_min)(pieces[5 * height + 4], K(288.0) * result9 * terms);
+      off = FN(bs_min)(off, K(288.0) * result9 * terms);
       ptrdiff_t result10;
       int result11;
-      FN(recount_8)(c + 9 * height, pieces[5 * height + 4], &result10, &result11);
+      FN(recount_8)(c + 9 * height, off, &result10, &result11);
       count = result10;
       is_unsure = result11;
     }
     const int is_crowded = count > most;
     const int is_noisy = (count == -2) || (is_crowded && counts[3 * height] == deepest);
-    if (is_crowded && !is_noisy) {
-      FN(halve_8)(c + 9 * upper, c + 9 * height, c + 9 * height);
-      const S middle = K(0.5) * (lo + hi);
-      pieces[5 * upper] = lo;
-      pieces[5 * upper + 2] = f_lo;
-      pieces[5 * upper + 1] = middle;
-      pieces[5 * height] = middle;
-      const S off = pieces[5 * height + 4];
-      pieces[5 * upper + 4] = off;
-      counts[3 * height] = counts[3 * height] + 1;
-      counts[3 * upper] = counts[3 * height];
-      ptrdiff_t result12;
-      int result13;
-      FN(variations_8)(c + 9 * upper, off, &result12, &result13);
-      const ptrdiff_t lower_count = result12;
-      const int is_lower_unsure = result13;
-      ptrdiff_t result14;
-      int result15;
-      FN(variations_8)(c + 9 * height, off, &result14, &result15);
-      const ptrdiff_t upper_count = result14;
-      const int is_upper_unsure = result15;
-      counts[3 * upper + 1] = lower_count;
-      counts[3 * upper + 2] = is_lower_unsure ? 1 : 0;
-      counts[3 * height + 1] = upper_count;
-      counts[3 * height + 2] = is_upper_unsure ? 1 : 0;
-      const S result16 = FN(rates_parted_evolved_circles_1)(ray, row, middle, f_lo, lower_count, f_hi, upper_count);
-      const S f = result16;
-      pieces[5 * upper + 3] = f;
-      pieces[5 * height + 2] = f;
-      height = height + (is_running || lower_count != -1 ? 1 : 0);
-      continue;
-    }
-    if (is_running && !is_noisy) {
-      FN(rates_settle_evolved_circles_1)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
-      is_running = 0;
-    }
-    if (is_noisy) {
-      if (!is_running) {
-        run[0] = lo;
-        run[2] = f_lo;
+    const int is_halved = is_crowded && !is_noisy;
+    if (count != -3 && !is_halved) {
+      if (is_running && !is_noisy) {
+        FN(settle_evolved_circles_1)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+        is_running = 0;
       }
-      run[1] = hi;
-      run[3] = f_hi;
-      is_running = 1;
-    } else {
-      if (count >= 0 && is_unlike) {
-        const S result17 = FN(crossing_8)(c + 9 * height);
-        const S guess = lo + (hi - lo) * result17;
-        FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets + 9 * pending);
-        pending = pending + 1;
+      if (is_noisy) {
+        if (!is_running) {
+          run[0] = lo;
+          run[2] = f_lo;
+        }
+        run[1] = hi;
+        run[3] = f_hi;
+        is_running = 1;
+      } else {
+        if (count >= 0 && is_unlike) {
+          const S result12 = FN(crossing_8)(c + 9 * height);
+          const S guess = lo + (hi - lo) * result12;
+          if (pending == 0) {
+            FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets);
+          } else {
+            FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets + 9);
+          }
+          pending = pending + 1;
+        }
       }
     }
-    if ((pending == 2) || ((pending > 0) && (is_running || height == 0))) {
+    if (((pending == 2) || (pending > 0 && is_running))) {
       FN(rates_finish_evolved_circles_1_2x9)(ray, row, brackets, pending, roots, roots_count_, found);
       pending = 0;
     }
-    height = height - 1;
+    if ((is_halved)) {
+      FN(halve_8)(c + 9 * upper, c + 9 * height, c + 9 * height);
+      const S middle = K(0.5) * (lo + hi);
+      const ptrdiff_t depth = counts[3 * height] + 1;
+      ptrdiff_t result13;
+      int result14;
+      FN(variations_8)(c + 9 * upper, off, &result13, &result14);
+      const ptrdiff_t lower_count = result13;
+      const int is_lower_unsure = result14;
+      ptrdiff_t result15;
+      int result16;
+      FN(variations_8)(c + 9 * height, off, &result15, &result16);
+      const ptrdiff_t upper_count = result15;
+      const int is_upper_unsure = result16;
+      const int is_below = is_halved && (is_running || lower_count != -1);
+      const S result17 = FN(rates_parted_evolved_circles_1)(ray, row, middle, f_lo, is_halved ? lower_count : -1, f_hi,
+          upper_count);
+      const S f = result17;
+      pieces[5 * upper] = lo;
+      pieces[5 * upper + 1] = middle;
+      pieces[5 * upper + 2] = f_lo;
+      pieces[5 * upper + 3] = f;
+      pieces[5 * upper + 4] = off;
+      pieces[5 * height] = middle;
+      pieces[5 * height + 2] = f;
+      counts[3 * upper] = depth;
+      counts[3 * height] = depth;
+      counts[3 * upper + 1] = is_below ? lower_count : -3;
+      counts[3 * height + 1] = is_halved ? upper_count : -3;
+      counts[3 * upper + 2] = is_below && is_lower_unsure ? 1 : 0;
+      counts[3 * height + 2] = is_halved && is_upper_unsure ? 1 : 0;
+      height = height + ((is_below) ? 1 : 0);
+    } else {
+      height = height - 1;
+    }
+  }
+  if (pending > 0) {
+    FN(rates_finish_evolved_circles_1_2x9)(ray, row, brackets, pending, roots, roots_count_, found);
   }
   if (is_running) {
-    FN(rates_settle_evolved_circles_1)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+    FN(settle_evolved_circles_1)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
   }
   if (is_trimmed) {
     FN(append_between_evolved_circles_1)(ray, row, last[0], last[1], last[2], last[3], K(0.5) * (last[0] + last[2]),
@@ -1719,7 +1805,7 @@ BS_INLINE void FN(isolate_evolved_circles_1)(const S *ray, const S *row, const S
 
 /* Keep an end of the piece where there is a circle, no root next to it, and f is zero to rounding. */
 BS_OUTLINED void FN(add_touching_end_evolved_circles_1)(const S *ray, const S *row, S end, S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const int result = FN(is_real)(row + 11, end);
   if (!result || found[0] == roots_count_) {
@@ -1763,7 +1849,7 @@ BS_INLINE ptrdiff_t FN(isolated_evolved_circles_1)(S *ray, const S *row, S reach
     return 0;
   }
   S part[9];
-  ptrdiff_t found[2] = {0};
+  ptrdiff_t found[3] = {0};
   for (ptrdiff_t i = 0; i < 4; i++) {
     const S lo = row[11 + 2 * i];
     const S hi = row[11 + 2 * i + 1];
@@ -2835,7 +2921,7 @@ BS_OUTLINED S FN(rates_refine_evolved_circles_2_shared)(const S *ray, const S *r
 
 /* Keep the root between two places, if the condition has unlike signs there. */
 BS_OUTLINED void FN(append_between_evolved_circles_2_shared)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   if ((f_lo < K(0.0)) != (f_hi < K(0.0))) {
     if (lo < hi) {
@@ -2850,7 +2936,7 @@ BS_OUTLINED void FN(append_between_evolved_circles_2_shared)(const S *ray, const
 
 /* Let a piece begin and end where f is certain; whether something is left above: its places and f in ``last``. */
 BS_OUTLINED int FN(trim_evolved_circles_2_shared)(const S *ray, const S *row, S *c, S piece[BS_LENGTH(5)],
-    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S width = piece[1] - piece[0];
   int is_certain;
@@ -2909,54 +2995,9 @@ BS_OUTLINED S FN(shared_bound_evolved_circles_2_shared)(const S *ray, const S *r
   return bound;
 }
 
-/* Coefficients on both halves of the interval of c; left or right may be c. */
-BS_INLINE void FN(halve_4)(S *left, S *right, const S *c)
-{
-  S w[5];
-  w[0] = c[0];
-  w[1] = c[1];
-  w[2] = c[2];
-  w[3] = c[3];
-  w[4] = c[4];
-  left[0] = K(1.0) * w[0];
-  right[4] = K(1.0) * w[4];
-  w[0] = w[0] + w[1];
-  w[1] = w[1] + w[2];
-  w[2] = w[2] + w[3];
-  w[3] = w[3] + w[4];
-  left[1] = K(0.5) * w[0];
-  right[3] = K(0.5) * w[3];
-  w[0] = w[0] + w[1];
-  w[1] = w[1] + w[2];
-  w[2] = w[2] + w[3];
-  left[2] = K(0.25) * w[0];
-  right[2] = K(0.25) * w[2];
-  w[0] = w[0] + w[1];
-  w[1] = w[1] + w[2];
-  left[3] = K(0.125) * w[0];
-  right[1] = K(0.125) * w[1];
-  w[0] = w[0] + w[1];
-  left[4] = K(0.0625) * w[0];
-  right[0] = K(0.0625) * w[0];
-}
-
-/* f where a piece was parted. */
-BS_INLINE S FN(rates_parted_evolved_circles_2_shared)(const S *ray, const S *row, S at, S f_lo, ptrdiff_t roots_left,
-    S f_hi, ptrdiff_t roots_right)
-{
-  if (roots_left == -1) {
-    return f_lo < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
-  }
-  if (roots_right == -1) {
-    return f_hi < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
-  }
-  const S result = FN(value_evolved_circles_2_shared)(ray, row, at);
-  return result;
-}
-
 /* Keep the roots between two places where f has like signs; whether it comes nearer to zero from both. */
 BS_OUTLINED int FN(rates_dip_evolved_circles_2_shared)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S result = FN(unit_roundoff)();
   const S tolerance = K(4.0) * result;
@@ -3015,7 +3056,7 @@ BS_OUTLINED int FN(rates_dip_evolved_circles_2_shared)(const S *ray, const S *ro
 
 /* Keep the roots between two places, by signs and slopes there; False: f only falls or only rises, and has none. */
 BS_OUTLINED int FN(rates_between_evolved_circles_2_shared)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   if (!((f_lo < K(0.0)) != (f_hi < K(0.0)))) {
     const int result = FN(rates_dip_evolved_circles_2_shared)(ray, row, lo, f_lo, hi, f_hi, roots, roots_count_, found);
@@ -3030,7 +3071,7 @@ BS_OUTLINED int FN(rates_between_evolved_circles_2_shared)(const S *ray, const S
 
 /* Keep the roots of f in a run of noisy pieces, where roots of p nearly meet. */
 BS_OUTLINED void FN(rates_settle_evolved_circles_2_shared)(const S *ray, const S *row, const S run[BS_LENGTH(5)],
-    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   (void)c;
   S f_lo = run[2];
@@ -3082,23 +3123,41 @@ BS_OUTLINED void FN(rates_settle_evolved_circles_2_shared)(const S *ray, const S
   }
 }
 
+/* Keep the roots of f in a run of noisy pieces, or leave the whole to another search. */
+BS_INLINE void FN(settle_evolved_circles_2_shared)(const S *ray, const S *row, const S run[BS_LENGTH(5)], const S *c,
+    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  FN(rates_settle_evolved_circles_2_shared)(ray, row, run, c, begin, end, roots, roots_count_, found);
+}
+
 /* Where the polygon of the coefficients first changes sign, as a fraction of its interval: near a root. */
 BS_INLINE S FN(crossing_4)(const S *c)
 {
-  ptrdiff_t i = 0;
-  while (i < 3 && !((c[i] < K(0.0)) != (c[i + 1] < K(0.0)))) {
-    i = i + 1;
-  }
-  const S part = c[i] / (c[i] - c[i + 1]);
-  return ((S)(i) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(4.0);
+  ptrdiff_t at = 3;
+  S first = c[3];
+  S after = c[4];
+  int is_change = (c[2] < K(0.0)) != (c[3] < K(0.0));
+  at = is_change ? 2 : at;
+  first = is_change ? c[2] : first;
+  after = is_change ? c[3] : after;
+  is_change = (c[1] < K(0.0)) != (c[2] < K(0.0));
+  at = is_change ? 1 : at;
+  first = is_change ? c[1] : first;
+  after = is_change ? c[2] : after;
+  is_change = (c[0] < K(0.0)) != (c[1] < K(0.0));
+  at = is_change ? 0 : at;
+  first = is_change ? c[0] : first;
+  after = is_change ? c[1] : after;
+  const S part = first / (first - after);
+  return ((S)(at) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(4.0);
 }
 
 /* Keep the roots of one or two brackets. In turns: they do not wait for one another. */
 BS_INLINE void FN(rates_finish_evolved_circles_2_shared_2x9)(const S *ray, const S *row, S brackets[BS_LENGTH(18)],
-    ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   ptrdiff_t done[2];
-  done[0] = 0;
+  done[0] = count < 1 ? 1 : 0;
   done[1] = count < 2 ? 1 : 0;
   while (done[0] + done[1] < 2) {
     for (ptrdiff_t i = 0; i < count; i++) {
@@ -3114,9 +3173,54 @@ BS_INLINE void FN(rates_finish_evolved_circles_2_shared_2x9)(const S *ray, const
   }
 }
 
+/* Coefficients on both halves of the interval of c; left or right may be c. */
+BS_INLINE void FN(halve_4)(S *left, S *right, const S *c)
+{
+  S w[5];
+  w[0] = c[0];
+  w[1] = c[1];
+  w[2] = c[2];
+  w[3] = c[3];
+  w[4] = c[4];
+  left[0] = K(1.0) * w[0];
+  right[4] = K(1.0) * w[4];
+  w[0] = w[0] + w[1];
+  w[1] = w[1] + w[2];
+  w[2] = w[2] + w[3];
+  w[3] = w[3] + w[4];
+  left[1] = K(0.5) * w[0];
+  right[3] = K(0.5) * w[3];
+  w[0] = w[0] + w[1];
+  w[1] = w[1] + w[2];
+  w[2] = w[2] + w[3];
+  left[2] = K(0.25) * w[0];
+  right[2] = K(0.25) * w[2];
+  w[0] = w[0] + w[1];
+  w[1] = w[1] + w[2];
+  left[3] = K(0.125) * w[0];
+  right[1] = K(0.125) * w[1];
+  w[0] = w[0] + w[1];
+  left[4] = K(0.0625) * w[0];
+  right[0] = K(0.0625) * w[0];
+}
+
+/* f where a piece was parted. */
+BS_INLINE S FN(rates_parted_evolved_circles_2_shared)(const S *ray, const S *row, S at, S f_lo, ptrdiff_t roots_left,
+    S f_hi, ptrdiff_t roots_right)
+{
+  if (roots_left == -1) {
+    return f_lo < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
+  }
+  if (roots_right == -1) {
+    return f_hi < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
+  }
+  const S result = FN(value_evolved_circles_2_shared)(ray, row, at);
+  return result;
+}
+
 /* Append the roots of f in [begin, end], rising. */
 BS_INLINE void FN(isolate_evolved_circles_2_shared)(const S *ray, const S *row, const S *coefficients, S noise,
-    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const ptrdiff_t deepest = K(BS_EPSILON) > K(1e-10) ? 13 : 27;
   const S result = FN(unit_roundoff)();
@@ -3130,34 +3234,42 @@ BS_INLINE void FN(isolate_evolved_circles_2_shared)(const S *ray, const S *row, 
   ptrdiff_t height = 0;
   ptrdiff_t pending = 0;
   int is_running = 0;
+  S whole[5];
+  S piece[5];
   for (ptrdiff_t i = 0; i < 5; i++) {
-    c[i] = coefficients[i];
+    whole[i] = coefficients[i];
   }
-  pieces[0] = begin;
-  pieces[1] = end;
-  pieces[4] = noise;
-  counts[0] = 0;
+  piece[0] = begin;
+  piece[1] = end;
+  piece[4] = noise;
   const S result1 = FN(value_evolved_circles_2_shared)(ray, row, begin > K(0.0) ? begin : -margin);
   const S f_begin = result1;
   const S result2 = FN(value_evolved_circles_2_shared)(ray, row, end < K(1.0) ? end : K(1.0) + margin);
   const S f_end = result2;
-  pieces[2] = f_begin;
-  pieces[3] = f_end;
+  piece[2] = f_begin;
+  piece[3] = f_end;
   ptrdiff_t result3;
   int result4;
-  FN(recount_4)(c, noise, &result3, &result4);
+  FN(recount_4)(whole, noise, &result3, &result4);
   ptrdiff_t count = result3;
   int is_unsure = result4;
   int is_trimmed = 0;
   if (is_unsure) {
-    const int result5 = FN(trim_evolved_circles_2_shared)(ray, row, c, pieces, last, roots, roots_count_, found);
+    const int result5 = FN(trim_evolved_circles_2_shared)(ray, row, whole, piece, last, roots, roots_count_, found);
     is_trimmed = result5;
     ptrdiff_t result6;
     int result7;
-    FN(recount_4)(c, noise, &result6, &result7);
+    FN(recount_4)(whole, noise, &result6, &result7);
     count = result6;
     is_unsure = result7;
   }
+  for (ptrdiff_t k = 0; k < 5; k++) {
+    c[k] = whole[k];
+  }
+  for (ptrdiff_t k1 = 0; k1 < 5; k1++) {
+    pieces[k1] = piece[k1];
+  }
+  counts[0] = 0;
   counts[1] = count;
   counts[2] = is_unsure ? 1 : 0;
   while (height >= 0) {
@@ -3169,79 +3281,92 @@ BS_INLINE void FN(isolate_evolved_circles_2_shared)(const S *ray, const S *row, 
     const int is_unlike = (f_lo < K(0.0)) != (f_hi < K(0.0));
     const ptrdiff_t most = is_unlike ? 2 : 1;
     count = counts[3 * height + 1];
+    S off = pieces[5 * height + 4];
     if ((counts[3 * height + 2] != 0) && (count == -2 || count > most)) {
       const S result8 = FN(shared_bound_evolved_circles_2_shared)(ray, row, hi, K(1.0) - lo);
       const S terms = result8;
       const S result9 = FN(unit_roundoff)();
-      pieces[5 * height + 4] = FN(bs_min)(pieces[5 * height + 4], K(288.0) * result9 * terms);
+      off = FN(bs_min)(off, K(288.0) * result9 * terms);
       ptrdiff_t result10;
       int result11;
-      FN(recount_4)(c + 5 * height, pieces[5 * height + 4], &result10, &result11);
+      FN(recount_4)(c + 5 * height, off, &result10, &result11);
       count = result10;
       is_unsure = result11;
     }
     const int is_crowded = count > most;
     const int is_noisy = (count == -2) || (is_crowded && counts[3 * height] == deepest);
-    if (is_crowded && !is_noisy) {
-      FN(halve_4)(c + 5 * upper, c + 5 * height, c + 5 * height);
-      const S middle = K(0.5) * (lo + hi);
-      pieces[5 * upper] = lo;
-      pieces[5 * upper + 2] = f_lo;
-      pieces[5 * upper + 1] = middle;
-      pieces[5 * height] = middle;
-      const S off = pieces[5 * height + 4];
-      pieces[5 * upper + 4] = off;
-      counts[3 * height] = counts[3 * height] + 1;
-      counts[3 * upper] = counts[3 * height];
-      ptrdiff_t result12;
-      int result13;
-      FN(variations_4)(c + 5 * upper, off, &result12, &result13);
-      const ptrdiff_t lower_count = result12;
-      const int is_lower_unsure = result13;
-      ptrdiff_t result14;
-      int result15;
-      FN(variations_4)(c + 5 * height, off, &result14, &result15);
-      const ptrdiff_t upper_count = result14;
-      const int is_upper_unsure = result15;
-      counts[3 * upper + 1] = lower_count;
-      counts[3 * upper + 2] = is_lower_unsure ? 1 : 0;
-      counts[3 * height + 1] = upper_count;
-      counts[3 * height + 2] = is_upper_unsure ? 1 : 0;
-      const S result16 = FN(rates_parted_evolved_circles_2_shared)(ray, row, middle, f_lo, lower_count, f_hi, upper_count);
-      const S f = result16;
-      pieces[5 * upper + 3] = f;
-      pieces[5 * height + 2] = f;
-      height = height + (is_running || lower_count != -1 ? 1 : 0);
-      continue;
-    }
-    if (is_running && !is_noisy) {
-      FN(rates_settle_evolved_circles_2_shared)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
-      is_running = 0;
-    }
-    if (is_noisy) {
-      if (!is_running) {
-        run[0] = lo;
-        run[2] = f_lo;
+    const int is_halved = is_crowded && !is_noisy;
+    if (count != -3 && !is_halved) {
+      if (is_running && !is_noisy) {
+        FN(settle_evolved_circles_2_shared)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+        is_running = 0;
       }
-      run[1] = hi;
-      run[3] = f_hi;
-      is_running = 1;
-    } else {
-      if (count >= 0 && is_unlike) {
-        const S result17 = FN(crossing_4)(c + 5 * height);
-        const S guess = lo + (hi - lo) * result17;
-        FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets + 9 * pending);
-        pending = pending + 1;
+      if (is_noisy) {
+        if (!is_running) {
+          run[0] = lo;
+          run[2] = f_lo;
+        }
+        run[1] = hi;
+        run[3] = f_hi;
+        is_running = 1;
+      } else {
+        if (count >= 0 && is_unlike) {
+          const S result12 = FN(crossing_4)(c + 5 * height);
+          const S guess = lo + (hi - lo) * result12;
+          if (pending == 0) {
+            FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets);
+          } else {
+            FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets + 9);
+          }
+          pending = pending + 1;
+        }
       }
     }
-    if ((pending == 2) || ((pending > 0) && (is_running || height == 0))) {
+    if (((pending == 2) || (pending > 0 && is_running))) {
       FN(rates_finish_evolved_circles_2_shared_2x9)(ray, row, brackets, pending, roots, roots_count_, found);
       pending = 0;
     }
-    height = height - 1;
+    if ((is_halved)) {
+      FN(halve_4)(c + 5 * upper, c + 5 * height, c + 5 * height);
+      const S middle = K(0.5) * (lo + hi);
+      const ptrdiff_t depth = counts[3 * height] + 1;
+      ptrdiff_t result13;
+      int result14;
+      FN(variations_4)(c + 5 * upper, off, &result13, &result14);
+      const ptrdiff_t lower_count = result13;
+      const int is_lower_unsure = result14;
+      ptrdiff_t result15;
+      int result16;
+      FN(variations_4)(c + 5 * height, off, &result15, &result16);
+      const ptrdiff_t upper_count = result15;
+      const int is_upper_unsure = result16;
+      const int is_below = is_halved && (is_running || lower_count != -1);
+      const S result17 = FN(rates_parted_evolved_circles_2_shared)(ray, row, middle, f_lo, is_halved ? lower_count : -1,
+          f_hi, upper_count);
+      const S f = result17;
+      pieces[5 * upper] = lo;
+      pieces[5 * upper + 1] = middle;
+      pieces[5 * upper + 2] = f_lo;
+      pieces[5 * upper + 3] = f;
+      pieces[5 * upper + 4] = off;
+      pieces[5 * height] = middle;
+      pieces[5 * height + 2] = f;
+      counts[3 * upper] = depth;
+      counts[3 * height] = depth;
+      counts[3 * upper + 1] = is_below ? lower_count : -3;
+      counts[3 * height + 1] = is_halved ? upper_count : -3;
+      counts[3 * upper + 2] = is_below && is_lower_unsure ? 1 : 0;
+      counts[3 * height + 2] = is_halved && is_upper_unsure ? 1 : 0;
+      height = height + ((is_below) ? 1 : 0);
+    } else {
+      height = height - 1;
+    }
+  }
+  if (pending > 0) {
+    FN(rates_finish_evolved_circles_2_shared_2x9)(ray, row, brackets, pending, roots, roots_count_, found);
   }
   if (is_running) {
-    FN(rates_settle_evolved_circles_2_shared)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+    FN(settle_evolved_circles_2_shared)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
   }
   if (is_trimmed) {
     FN(append_between_evolved_circles_2_shared)(ray, row, last[0], last[1], last[2], last[3],
@@ -3251,7 +3376,7 @@ BS_INLINE void FN(isolate_evolved_circles_2_shared)(const S *ray, const S *row, 
 
 /* Keep an end of the piece where there is a circle, no root next to it, and f is zero to rounding. */
 BS_OUTLINED void FN(add_touching_end_evolved_circles_2_shared)(const S *ray, const S *row, S end, S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const int result = FN(is_real)(row + 11, end);
   if (!result || found[0] == roots_count_) {
@@ -3272,7 +3397,7 @@ BS_OUTLINED void FN(add_touching_end_evolved_circles_2_shared)(const S *ray, con
 BS_OUTLINED ptrdiff_t FN(isolated_shared_evolved_circles_2)(S *ray, const S *row, S *roots, ptrdiff_t roots_count_)
 {
   S part[5];
-  ptrdiff_t found[2] = {0};
+  ptrdiff_t found[3] = {0};
   S row1[5];
   FN(cga3d_common_sphere_meets_2)(row1, ray, row + 19);
   for (ptrdiff_t k = 0; k < 5; k++) {
@@ -3561,7 +3686,7 @@ BS_OUTLINED S FN(rates_refine_evolved_circles_2)(const S *ray, const S *row, S l
 
 /* Keep the root between two places, if the condition has unlike signs there. */
 BS_OUTLINED void FN(append_between_evolved_circles_2)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   if ((f_lo < K(0.0)) != (f_hi < K(0.0))) {
     if (lo < hi) {
@@ -3576,7 +3701,7 @@ BS_OUTLINED void FN(append_between_evolved_circles_2)(const S *ray, const S *row
 
 /* Let a piece begin and end where f is certain; whether something is left above: its places and f in ``last``. */
 BS_OUTLINED int FN(trim_evolved_circles_2)(const S *ray, const S *row, S *c, S piece[BS_LENGTH(5)],
-    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S width = piece[1] - piece[0];
   int is_certain;
@@ -3634,39 +3759,9 @@ BS_OUTLINED S FN(polynomial_bound_evolved_circles_2)(const S *ray, const S *row,
   return bound;
 }
 
-/* Coefficients on both halves of the interval of c; left or right may be c. */
-BS_INLINE void FN(halve_20)(S *left, S *right, const S *c)
-{
-  S w[21];
-  for (ptrdiff_t i = 0; i < 21; i++) {
-    w[i] = c[i];
-  }
-  for (ptrdiff_t i = 0; i < 21; i++) {
-    left[i] = w[0];
-    right[20 - i] = w[20 - i];
-    for (ptrdiff_t j = 0; j < 20 - i; j++) {
-      w[j] = K(0.5) * (w[j] + w[j + 1]);
-    }
-  }
-}
-
-/* f where a piece was parted. */
-BS_INLINE S FN(rates_parted_evolved_circles_2)(const S *ray, const S *row, S at, S f_lo, ptrdiff_t roots_left,
-    S f_hi, ptrdiff_t roots_right)
-{
-  if (roots_left == -1) {
-    return f_lo < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
-  }
-  if (roots_right == -1) {
-    return f_hi < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
-  }
-  const S result = FN(value_evolved_circles_2)(ray, row, at);
-  return result;
-}
-
 /* Keep the roots between two places where f has like signs; whether it comes nearer to zero from both. */
 BS_OUTLINED int FN(rates_dip_evolved_circles_2)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi, S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S result = FN(unit_roundoff)();
   const S tolerance = K(4.0) * result;
@@ -3725,7 +3820,7 @@ BS_OUTLINED int FN(rates_dip_evolved_circles_2)(const S *ray, const S *row, S lo
 
 /* Keep the roots between two places, by signs and slopes there; False: f only falls or only rises, and has none. */
 BS_OUTLINED int FN(rates_between_evolved_circles_2)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi, S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   if (!((f_lo < K(0.0)) != (f_hi < K(0.0)))) {
     const int result = FN(rates_dip_evolved_circles_2)(ray, row, lo, f_lo, hi, f_hi, roots, roots_count_, found);
@@ -3740,7 +3835,7 @@ BS_OUTLINED int FN(rates_between_evolved_circles_2)(const S *ray, const S *row, 
 
 /* Keep the roots of f in a run of noisy pieces, where roots of p nearly meet. */
 BS_OUTLINED void FN(rates_settle_evolved_circles_2)(const S *ray, const S *row, const S run[BS_LENGTH(5)],
-    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   (void)c;
   S f_lo = run[2];
@@ -3792,23 +3887,35 @@ BS_OUTLINED void FN(rates_settle_evolved_circles_2)(const S *ray, const S *row, 
   }
 }
 
+/* Keep the roots of f in a run of noisy pieces, or leave the whole to another search. */
+BS_INLINE void FN(settle_evolved_circles_2)(const S *ray, const S *row, const S run[BS_LENGTH(5)], const S *c,
+    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  FN(rates_settle_evolved_circles_2)(ray, row, run, c, begin, end, roots, roots_count_, found);
+}
+
 /* Where the polygon of the coefficients first changes sign, as a fraction of its interval: near a root. */
 BS_INLINE S FN(crossing_20)(const S *c)
 {
-  ptrdiff_t i = 0;
-  while (i < 19 && !((c[i] < K(0.0)) != (c[i + 1] < K(0.0)))) {
-    i = i + 1;
+  ptrdiff_t at = 19;
+  S first = c[19];
+  S after = c[20];
+  for (ptrdiff_t i = 18; i > -1; i--) {
+    const int is_change = (c[i] < K(0.0)) != (c[i + 1] < K(0.0));
+    at = is_change ? i : at;
+    first = is_change ? c[i] : first;
+    after = is_change ? c[i + 1] : after;
   }
-  const S part = c[i] / (c[i] - c[i + 1]);
-  return ((S)(i) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(20.0);
+  const S part = first / (first - after);
+  return ((S)(at) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(20.0);
 }
 
 /* Keep the roots of one or two brackets. In turns: they do not wait for one another. */
 BS_INLINE void FN(rates_finish_evolved_circles_2_2x9)(const S *ray, const S *row, S brackets[BS_LENGTH(18)],
-    ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   ptrdiff_t done[2];
-  done[0] = 0;
+  done[0] = count < 1 ? 1 : 0;
   done[1] = count < 2 ? 1 : 0;
   while (done[0] + done[1] < 2) {
     for (ptrdiff_t i = 0; i < count; i++) {
@@ -3824,9 +3931,39 @@ BS_INLINE void FN(rates_finish_evolved_circles_2_2x9)(const S *ray, const S *row
   }
 }
 
+/* Coefficients on both halves of the interval of c; left or right may be c. */
+BS_INLINE void FN(halve_20)(S *left, S *right, const S *c)
+{
+  S w[21];
+  for (ptrdiff_t i = 0; i < 21; i++) {
+    w[i] = c[i];
+  }
+  for (ptrdiff_t i = 0; i < 21; i++) {
+    left[i] = w[0];
+    right[20 - i] = w[20 - i];
+    for (ptrdiff_t j = 0; j < 20 - i; j++) {
+      w[j] = K(0.5) * (w[j] + w[j + 1]);
+    }
+  }
+}
+
+/* f where a piece was parted. */
+BS_INLINE S FN(rates_parted_evolved_circles_2)(const S *ray, const S *row, S at, S f_lo, ptrdiff_t roots_left,
+    S f_hi, ptrdiff_t roots_right)
+{
+  if (roots_left == -1) {
+    return f_lo < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
+  }
+  if (roots_right == -1) {
+    return f_hi < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
+  }
+  const S result = FN(value_evolved_circles_2)(ray, row, at);
+  return result;
+}
+
 /* Append the roots of f in [begin, end], rising. */
 BS_INLINE void FN(isolate_evolved_circles_2)(const S *ray, const S *row, const S *coefficients, S noise, S begin,
-    S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const ptrdiff_t deepest = K(BS_EPSILON) > K(1e-10) ? 13 : 27;
   const S result = FN(unit_roundoff)();
@@ -3840,34 +3977,42 @@ BS_INLINE void FN(isolate_evolved_circles_2)(const S *ray, const S *row, const S
   ptrdiff_t height = 0;
   ptrdiff_t pending = 0;
   int is_running = 0;
+  S whole[21];
+  S piece[5];
   for (ptrdiff_t i = 0; i < 21; i++) {
-    c[i] = coefficients[i];
+    whole[i] = coefficients[i];
   }
-  pieces[0] = begin;
-  pieces[1] = end;
-  pieces[4] = noise;
-  counts[0] = 0;
+  piece[0] = begin;
+  piece[1] = end;
+  piece[4] = noise;
   const S result1 = FN(value_evolved_circles_2)(ray, row, begin > K(0.0) ? begin : -margin);
   const S f_begin = result1;
   const S result2 = FN(value_evolved_circles_2)(ray, row, end < K(1.0) ? end : K(1.0) + margin);
   const S f_end = result2;
-  pieces[2] = f_begin;
-  pieces[3] = f_end;
+  piece[2] = f_begin;
+  piece[3] = f_end;
   ptrdiff_t result3;
   int result4;
-  FN(recount_20)(c, noise, &result3, &result4);
+  FN(recount_20)(whole, noise, &result3, &result4);
   ptrdiff_t count = result3;
   int is_unsure = result4;
   int is_trimmed = 0;
   if (is_unsure) {
-    const int result5 = FN(trim_evolved_circles_2)(ray, row, c, pieces, last, roots, roots_count_, found);
+    const int result5 = FN(trim_evolved_circles_2)(ray, row, whole, piece, last, roots, roots_count_, found);
     is_trimmed = result5;
     ptrdiff_t result6;
     int result7;
-    FN(recount_20)(c, noise, &result6, &result7);
+    FN(recount_20)(whole, noise, &result6, &result7);
     count = result6;
     is_unsure = result7;
   }
+  for (ptrdiff_t k = 0; k < 21; k++) {
+    c[k] = whole[k];
+  }
+  for (ptrdiff_t k1 = 0; k1 < 5; k1++) {
+    pieces[k1] = piece[k1];
+  }
+  counts[0] = 0;
   counts[1] = count;
   counts[2] = is_unsure ? 1 : 0;
   while (height >= 0) {
@@ -3879,79 +4024,92 @@ BS_INLINE void FN(isolate_evolved_circles_2)(const S *ray, const S *row, const S
     const int is_unlike = (f_lo < K(0.0)) != (f_hi < K(0.0));
     const ptrdiff_t most = is_unlike ? 2 : 1;
     count = counts[3 * height + 1];
+    S off = pieces[5 * height + 4];
     if ((counts[3 * height + 2] != 0) && (count == -2 || count > most)) {
       const S result8 = FN(polynomial_bound_evolved_circles_2)(ray, row, hi, K(1.0) - lo);
       const S terms = result8;
       const S result9 = FN(unit_roundoff)();
-      pieces[5 * height + 4] = FN(bs_min)(pieces[5 * height + 4], K(288.0) * result9 * terms);
+      off = FN(bs_min)(off, K(288.0) * result9 * terms);
       ptrdiff_t result10;
       int result11;
-      FN(recount_20)(c + 21 * height, pieces[5 * height + 4], &result10, &result11);
+      FN(recount_20)(c + 21 * height, off, &result10, &result11);
       count = result10;
       is_unsure = result11;
     }
     const int is_crowded = count > most;
     const int is_noisy = (count == -2) || (is_crowded && counts[3 * height] == deepest);
-    if (is_crowded && !is_noisy) {
-      FN(halve_20)(c + 21 * upper, c + 21 * height, c + 21 * height);
-      const S middle = K(0.5) * (lo + hi);
-      pieces[5 * upper] = lo;
-      pieces[5 * upper + 2] = f_lo;
-      pieces[5 * upper + 1] = middle;
-      pieces[5 * height] = middle;
-      const S off = pieces[5 * height + 4];
-      pieces[5 * upper + 4] = off;
-      counts[3 * height] = counts[3 * height] + 1;
-      counts[3 * upper] = counts[3 * height];
-      ptrdiff_t result12;
-      int result13;
-      FN(variations_20)(c + 21 * upper, off, &result12, &result13);
-      const ptrdiff_t lower_count = result12;
-      const int is_lower_unsure = result13;
-      ptrdiff_t result14;
-      int result15;
-      FN(variations_20)(c + 21 * height, off, &result14, &result15);
-      const ptrdiff_t upper_count = result14;
-      const int is_upper_unsure = result15;
-      counts[3 * upper + 1] = lower_count;
-      counts[3 * upper + 2] = is_lower_unsure ? 1 : 0;
-      counts[3 * height + 1] = upper_count;
-      counts[3 * height + 2] = is_upper_unsure ? 1 : 0;
-      const S result16 = FN(rates_parted_evolved_circles_2)(ray, row, middle, f_lo, lower_count, f_hi, upper_count);
-      const S f = result16;
-      pieces[5 * upper + 3] = f;
-      pieces[5 * height + 2] = f;
-      height = height + (is_running || lower_count != -1 ? 1 : 0);
-      continue;
-    }
-    if (is_running && !is_noisy) {
-      FN(rates_settle_evolved_circles_2)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
-      is_running = 0;
-    }
-    if (is_noisy) {
-      if (!is_running) {
-        run[0] = lo;
-        run[2] = f_lo;
+    const int is_halved = is_crowded && !is_noisy;
+    if (count != -3 && !is_halved) {
+      if (is_running && !is_noisy) {
+        FN(settle_evolved_circles_2)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+        is_running = 0;
       }
-      run[1] = hi;
-      run[3] = f_hi;
-      is_running = 1;
-    } else {
-      if (count >= 0 && is_unlike) {
-        const S result17 = FN(crossing_20)(c + 21 * height);
-        const S guess = lo + (hi - lo) * result17;
-        FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets + 9 * pending);
-        pending = pending + 1;
+      if (is_noisy) {
+        if (!is_running) {
+          run[0] = lo;
+          run[2] = f_lo;
+        }
+        run[1] = hi;
+        run[3] = f_hi;
+        is_running = 1;
+      } else {
+        if (count >= 0 && is_unlike) {
+          const S result12 = FN(crossing_20)(c + 21 * height);
+          const S guess = lo + (hi - lo) * result12;
+          if (pending == 0) {
+            FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets);
+          } else {
+            FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets + 9);
+          }
+          pending = pending + 1;
+        }
       }
     }
-    if ((pending == 2) || ((pending > 0) && (is_running || height == 0))) {
+    if (((pending == 2) || (pending > 0 && is_running))) {
       FN(rates_finish_evolved_circles_2_2x9)(ray, row, brackets, pending, roots, roots_count_, found);
       pending = 0;
     }
-    height = height - 1;
+    if ((is_halved)) {
+      FN(halve_20)(c + 21 * upper, c + 21 * height, c + 21 * height);
+      const S middle = K(0.5) * (lo + hi);
+      const ptrdiff_t depth = counts[3 * height] + 1;
+      ptrdiff_t result13;
+      int result14;
+      FN(variations_20)(c + 21 * upper, off, &result13, &result14);
+      const ptrdiff_t lower_count = result13;
+      const int is_lower_unsure = result14;
+      ptrdiff_t result15;
+      int result16;
+      FN(variations_20)(c + 21 * height, off, &result15, &result16);
+      const ptrdiff_t upper_count = result15;
+      const int is_upper_unsure = result16;
+      const int is_below = is_halved && (is_running || lower_count != -1);
+      const S result17 = FN(rates_parted_evolved_circles_2)(ray, row, middle, f_lo, is_halved ? lower_count : -1, f_hi,
+          upper_count);
+      const S f = result17;
+      pieces[5 * upper] = lo;
+      pieces[5 * upper + 1] = middle;
+      pieces[5 * upper + 2] = f_lo;
+      pieces[5 * upper + 3] = f;
+      pieces[5 * upper + 4] = off;
+      pieces[5 * height] = middle;
+      pieces[5 * height + 2] = f;
+      counts[3 * upper] = depth;
+      counts[3 * height] = depth;
+      counts[3 * upper + 1] = is_below ? lower_count : -3;
+      counts[3 * height + 1] = is_halved ? upper_count : -3;
+      counts[3 * upper + 2] = is_below && is_lower_unsure ? 1 : 0;
+      counts[3 * height + 2] = is_halved && is_upper_unsure ? 1 : 0;
+      height = height + ((is_below) ? 1 : 0);
+    } else {
+      height = height - 1;
+    }
+  }
+  if (pending > 0) {
+    FN(rates_finish_evolved_circles_2_2x9)(ray, row, brackets, pending, roots, roots_count_, found);
   }
   if (is_running) {
-    FN(rates_settle_evolved_circles_2)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+    FN(settle_evolved_circles_2)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
   }
   if (is_trimmed) {
     FN(append_between_evolved_circles_2)(ray, row, last[0], last[1], last[2], last[3], K(0.5) * (last[0] + last[2]),
@@ -3961,7 +4119,7 @@ BS_INLINE void FN(isolate_evolved_circles_2)(const S *ray, const S *row, const S
 
 /* Keep an end of the piece where there is a circle, no root next to it, and f is zero to rounding. */
 BS_OUTLINED void FN(add_touching_end_evolved_circles_2)(const S *ray, const S *row, S end, S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const int result = FN(is_real)(row + 11, end);
   if (!result || found[0] == roots_count_) {
@@ -4005,7 +4163,7 @@ BS_INLINE ptrdiff_t FN(isolated_evolved_circles_2)(S *ray, const S *row, S reach
     return 0;
   }
   S part[21];
-  ptrdiff_t found[2] = {0};
+  ptrdiff_t found[3] = {0};
   for (ptrdiff_t i = 0; i < 4; i++) {
     const S lo = row[11 + 2 * i];
     const S hi = row[11 + 2 * i + 1];
@@ -4992,7 +5150,7 @@ BS_OUTLINED S FN(rates_refine_evolved_circles_3_shared)(const S *ray, const S *r
 
 /* Keep the root between two places, if the condition has unlike signs there. */
 BS_OUTLINED void FN(append_between_evolved_circles_3_shared)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   if ((f_lo < K(0.0)) != (f_hi < K(0.0))) {
     if (lo < hi) {
@@ -5007,7 +5165,7 @@ BS_OUTLINED void FN(append_between_evolved_circles_3_shared)(const S *ray, const
 
 /* Let a piece begin and end where f is certain; whether something is left above: its places and f in ``last``. */
 BS_OUTLINED int FN(trim_evolved_circles_3_shared)(const S *ray, const S *row, S *c, S piece[BS_LENGTH(5)],
-    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S width = piece[1] - piece[0];
   int is_certain;
@@ -5064,6 +5222,192 @@ BS_OUTLINED S FN(shared_bound_evolved_circles_3_shared)(const S *ray, const S *r
   FN(cga3d_common_sphere_bound_3)(row3, ray + 42, row1, row2);
   const S bound = row3[0];
   return bound;
+}
+
+/* Keep the roots between two places where f has like signs; whether it comes nearer to zero from both. */
+BS_OUTLINED int FN(rates_dip_evolved_circles_3_shared)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
+    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  const S result = FN(unit_roundoff)();
+  const S tolerance = K(4.0) * result;
+  const S side = f_lo < K(0.0) ? K(-1.0) : K(1.0);
+  S low[2];
+  S high[2];
+  S f_rate[2];
+  f_rate[0] = f_lo;
+  f_rate[1] = K(0.0);
+  S left = lo;
+  S right = hi;
+  S x = lo;
+  FN(shared_rate_evolved_circles_3_shared)(ray, row, lo, K(1.0) - lo, low);
+  FN(shared_rate_evolved_circles_3_shared)(ray, row, hi, K(1.0) - hi, high);
+  if (!(side * low[1] < K(0.0) && side * high[1] >= K(0.0))) {
+    return 0;
+  }
+  for (ptrdiff_t step = 0; step < 128; step++) {
+    if (!(right - left > tolerance)) {
+      break;
+    }
+    const S crossing = left + (right - left) * (low[1] / (low[1] - high[1]));
+    const int is_plain = bs_remainder(step, 3) == 2 || !(crossing > left && crossing < right);
+    x = is_plain ? K(0.5) * (left + right) : crossing;
+    FN(shared_rate_evolved_circles_3_shared)(ray, row, x, K(1.0) - x, f_rate);
+    if (side * f_rate[0] < K(0.0) || f_rate[1] == K(0.0)) {
+      break;
+    }
+    if (side * f_rate[1] < K(0.0)) {
+      left = x;
+      low[1] = f_rate[1];
+    } else {
+      right = x;
+      high[1] = f_rate[1];
+    }
+  }
+  const S f = f_rate[0];
+  const int result1 = FN(touches_evolved_circles_3_shared)(ray, row, x, f);
+  const int is_touching = result1;
+  if (is_touching) {
+    FN(append)(roots, roots_count_, found, x);
+  } else {
+    if (side * f < K(0.0)) {
+      const S result2 = FN(secant)(lo, f_lo, x, f);
+      const S result3 = FN(rates_refine_evolved_circles_3_shared)(ray, row, lo, f_lo, x, f, result2);
+      const S first = result3;
+      FN(append)(roots, roots_count_, found, first);
+      const S result4 = FN(secant)(x, f, hi, f_hi);
+      const S result5 = FN(rates_refine_evolved_circles_3_shared)(ray, row, x, f, hi, f_hi, result4);
+      const S second = result5;
+      FN(append)(roots, roots_count_, found, second);
+    }
+  }
+  return 1;
+}
+
+/* Keep the roots between two places, by signs and slopes there; False: f only falls or only rises, and has none. */
+BS_OUTLINED int FN(rates_between_evolved_circles_3_shared)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
+    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  if (!((f_lo < K(0.0)) != (f_hi < K(0.0)))) {
+    const int result = FN(rates_dip_evolved_circles_3_shared)(ray, row, lo, f_lo, hi, f_hi, roots, roots_count_, found);
+    return result;
+  }
+  const S result1 = FN(secant)(lo, f_lo, hi, f_hi);
+  const S result2 = FN(rates_refine_evolved_circles_3_shared)(ray, row, lo, f_lo, hi, f_hi, result1);
+  const S root = result2;
+  FN(append)(roots, roots_count_, found, root);
+  return 1;
+}
+
+/* Keep the roots of f in a run of noisy pieces, where roots of p nearly meet. */
+BS_OUTLINED void FN(rates_settle_evolved_circles_3_shared)(const S *ray, const S *row, const S run[BS_LENGTH(5)],
+    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  (void)c;
+  S f_lo = run[2];
+  S f_hi = run[3];
+  if (run[0] > begin) {
+    const S result = FN(value_evolved_circles_3_shared)(ray, row, run[0]);
+    f_lo = result;
+  }
+  if (run[1] < end) {
+    const S result1 = FN(value_evolved_circles_3_shared)(ray, row, run[1]);
+    f_hi = result1;
+  }
+  const S result2 = FN(widest_run)();
+  if (!(run[1] - run[0] > result2)) {
+    const int result3 = FN(rates_between_evolved_circles_3_shared)(ray, row, run[0], f_lo, run[1], f_hi, roots,
+        roots_count_, found);
+    const int is_found = result3;
+    if (!is_found) {
+      const int is_first = ABS(f_lo) < ABS(f_hi);
+      const S x = is_first ? run[0] : run[1];
+      const int result4 = FN(touches_evolved_circles_3_shared)(ray, row, x, is_first ? f_lo : f_hi);
+      const int is_touching = result4;
+      if (is_touching) {
+        FN(append)(roots, roots_count_, found, x);
+      }
+    }
+    return;
+  }
+  ptrdiff_t zeros = 0;
+  S lo = run[0];
+  S f = f_lo;
+  for (ptrdiff_t i = 1; i < 33; i++) {
+    S hi = run[1];
+    S after = f_hi;
+    if (i < 32) {
+      hi = run[0] + (run[1] - run[0]) * ((S)(i) / K(32.0));
+      const S result5 = FN(value_evolved_circles_3_shared)(ray, row, hi);
+      after = result5;
+    }
+    const int result6 = FN(touches_evolved_circles_3_shared)(ray, row, hi, after);
+    const int is_zero = result6;
+    zeros = zeros + (is_zero ? 1 : 0);
+    FN(rates_between_evolved_circles_3_shared)(ray, row, lo, f, hi, after, roots, roots_count_, found);
+    lo = hi;
+    f = after;
+  }
+  if (zeros == 32) {
+    found[1] = 1;
+  }
+}
+
+/* Keep the roots of f in a run of noisy pieces, or leave the whole to another search. */
+BS_INLINE void FN(settle_evolved_circles_3_shared)(const S *ray, const S *row, const S run[BS_LENGTH(5)], const S *c,
+    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  FN(rates_settle_evolved_circles_3_shared)(ray, row, run, c, begin, end, roots, roots_count_, found);
+}
+
+/* Where the polygon of the coefficients first changes sign, as a fraction of its interval: near a root. */
+BS_INLINE S FN(crossing_6)(const S *c)
+{
+  ptrdiff_t at = 5;
+  S first = c[5];
+  S after = c[6];
+  int is_change = (c[4] < K(0.0)) != (c[5] < K(0.0));
+  at = is_change ? 4 : at;
+  first = is_change ? c[4] : first;
+  after = is_change ? c[5] : after;
+  is_change = (c[3] < K(0.0)) != (c[4] < K(0.0));
+  at = is_change ? 3 : at;
+  first = is_change ? c[3] : first;
+  after = is_change ? c[4] : after;
+  is_change = (c[2] < K(0.0)) != (c[3] < K(0.0));
+  at = is_change ? 2 : at;
+  first = is_change ? c[2] : first;
+  after = is_change ? c[3] : after;
+  is_change = (c[1] < K(0.0)) != (c[2] < K(0.0));
+  at = is_change ? 1 : at;
+  first = is_change ? c[1] : first;
+  after = is_change ? c[2] : after;
+  is_change = (c[0] < K(0.0)) != (c[1] < K(0.0));
+  at = is_change ? 0 : at;
+  first = is_change ? c[0] : first;
+  after = is_change ? c[1] : after;
+  const S part = first / (first - after);
+  return ((S)(at) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(6.0);
+}
+
+/* Keep the roots of one or two brackets. In turns: they do not wait for one another. */
+BS_INLINE void FN(rates_finish_evolved_circles_3_shared_2x9)(const S *ray, const S *row, S brackets[BS_LENGTH(18)],
+    ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  ptrdiff_t done[2];
+  done[0] = count < 1 ? 1 : 0;
+  done[1] = count < 2 ? 1 : 0;
+  while (done[0] + done[1] < 2) {
+    for (ptrdiff_t i = 0; i < count; i++) {
+      if (done[i] == 0) {
+        const int result = FN(advance_evolved_circles_3_shared)(ray, row, brackets + 9 * i);
+        const int is_done = result;
+        done[i] = is_done ? 1 : 0;
+      }
+    }
+  }
+  for (ptrdiff_t i = 0; i < count; i++) {
+    FN(append)(roots, roots_count_, found, brackets[9 * i + 2]);
+  }
 }
 
 /* Coefficients on both halves of the interval of c; left or right may be c. */
@@ -5128,169 +5472,9 @@ BS_INLINE S FN(rates_parted_evolved_circles_3_shared)(const S *ray, const S *row
   return result;
 }
 
-/* Keep the roots between two places where f has like signs; whether it comes nearer to zero from both. */
-BS_OUTLINED int FN(rates_dip_evolved_circles_3_shared)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
-{
-  const S result = FN(unit_roundoff)();
-  const S tolerance = K(4.0) * result;
-  const S side = f_lo < K(0.0) ? K(-1.0) : K(1.0);
-  S low[2];
-  S high[2];
-  S f_rate[2];
-  f_rate[0] = f_lo;
-  f_rate[1] = K(0.0);
-  S left = lo;
-  S right = hi;
-  S x = lo;
-  FN(shared_rate_evolved_circles_3_shared)(ray, row, lo, K(1.0) - lo, low);
-  FN(shared_rate_evolved_circles_3_shared)(ray, row, hi, K(1.0) - hi, high);
-  if (!(side * low[1] < K(0.0) && side * high[1] >= K(0.0))) {
-    return 0;
-  }
-  for (ptrdiff_t step = 0; step < 128; step++) {
-    if (!(right - left > tolerance)) {
-      break;
-    }
-    const S crossing = left + (right - left) * (low[1] / (low[1] - high[1]));
-    const int is_plain = bs_remainder(step, 3) == 2 || !(crossing > left && crossing < right);
-    x = is_plain ? K(0.5) * (left + right) : crossing;
-    FN(shared_rate_evolved_circles_3_shared)(ray, row, x, K(1.0) - x, f_rate);
-    if (side * f_rate[0] < K(0.0) || f_rate[1] == K(0.0)) {
-      break;
-    }
-    if (side * f_rate[1] < K(0.0)) {
-      left = x;
-      low[1] = f_rate[1];
-    } else {
-      right = x;
-      high[1] = f_rate[1];
-    }
-  }
-  const S f = f_rate[0];
-  const int result1 = FN(touches_evolved_circles_3_shared)(ray, row, x, f);
-  const int is_touching = result1;
-  if (is_touching) {
-    FN(append)(roots, roots_count_, found, x);
-  } else {
-    if (side * f < K(0.0)) {
-      const S result2 = FN(secant)(lo, f_lo, x, f);
-      const S result3 = FN(rates_refine_evolved_circles_3_shared)(ray, row, lo, f_lo, x, f, result2);
-      const S first = result3;
-      FN(append)(roots, roots_count_, found, first);
-      const S result4 = FN(secant)(x, f, hi, f_hi);
-      const S result5 = FN(rates_refine_evolved_circles_3_shared)(ray, row, x, f, hi, f_hi, result4);
-      const S second = result5;
-      FN(append)(roots, roots_count_, found, second);
-    }
-  }
-  return 1;
-}
-
-/* Keep the roots between two places, by signs and slopes there; False: f only falls or only rises, and has none. */
-BS_OUTLINED int FN(rates_between_evolved_circles_3_shared)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
-{
-  if (!((f_lo < K(0.0)) != (f_hi < K(0.0)))) {
-    const int result = FN(rates_dip_evolved_circles_3_shared)(ray, row, lo, f_lo, hi, f_hi, roots, roots_count_, found);
-    return result;
-  }
-  const S result1 = FN(secant)(lo, f_lo, hi, f_hi);
-  const S result2 = FN(rates_refine_evolved_circles_3_shared)(ray, row, lo, f_lo, hi, f_hi, result1);
-  const S root = result2;
-  FN(append)(roots, roots_count_, found, root);
-  return 1;
-}
-
-/* Keep the roots of f in a run of noisy pieces, where roots of p nearly meet. */
-BS_OUTLINED void FN(rates_settle_evolved_circles_3_shared)(const S *ray, const S *row, const S run[BS_LENGTH(5)],
-    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
-{
-  (void)c;
-  S f_lo = run[2];
-  S f_hi = run[3];
-  if (run[0] > begin) {
-    const S result = FN(value_evolved_circles_3_shared)(ray, row, run[0]);
-    f_lo = result;
-  }
-  if (run[1] < end) {
-    const S result1 = FN(value_evolved_circles_3_shared)(ray, row, run[1]);
-    f_hi = result1;
-  }
-  const S result2 = FN(widest_run)();
-  if (!(run[1] - run[0] > result2)) {
-    const int result3 = FN(rates_between_evolved_circles_3_shared)(ray, row, run[0], f_lo, run[1], f_hi, roots,
-        roots_count_, found);
-    const int is_found = result3;
-    if (!is_found) {
-      const int is_first = ABS(f_lo) < ABS(f_hi);
-      const S x = is_first ? run[0] : run[1];
-      const int result4 = FN(touches_evolved_circles_3_shared)(ray, row, x, is_first ? f_lo : f_hi);
-      const int is_touching = result4;
-      if (is_touching) {
-        FN(append)(roots, roots_count_, found, x);
-      }
-    }
-    return;
-  }
-  ptrdiff_t zeros = 0;
-  S lo = run[0];
-  S f = f_lo;
-  for (ptrdiff_t i = 1; i < 33; i++) {
-    S hi = run[1];
-    S after = f_hi;
-    if (i < 32) {
-      hi = run[0] + (run[1] - run[0]) * ((S)(i) / K(32.0));
-      const S result5 = FN(value_evolved_circles_3_shared)(ray, row, hi);
-      after = result5;
-    }
-    const int result6 = FN(touches_evolved_circles_3_shared)(ray, row, hi, after);
-    const int is_zero = result6;
-    zeros = zeros + (is_zero ? 1 : 0);
-    FN(rates_between_evolved_circles_3_shared)(ray, row, lo, f, hi, after, roots, roots_count_, found);
-    lo = hi;
-    f = after;
-  }
-  if (zeros == 32) {
-    found[1] = 1;
-  }
-}
-
-/* Where the polygon of the coefficients first changes sign, as a fraction of its interval: near a root. */
-BS_INLINE S FN(crossing_6)(const S *c)
-{
-  ptrdiff_t i = 0;
-  while (i < 5 && !((c[i] < K(0.0)) != (c[i + 1] < K(0.0)))) {
-    i = i + 1;
-  }
-  const S part = c[i] / (c[i] - c[i + 1]);
-  return ((S)(i) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(6.0);
-}
-
-/* Keep the roots of one or two brackets. In turns: they do not wait for one another. */
-BS_INLINE void FN(rates_finish_evolved_circles_3_shared_2x9)(const S *ray, const S *row, S brackets[BS_LENGTH(18)],
-    ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
-{
-  ptrdiff_t done[2];
-  done[0] = 0;
-  done[1] = count < 2 ? 1 : 0;
-  while (done[0] + done[1] < 2) {
-    for (ptrdiff_t i = 0; i < count; i++) {
-      if (done[i] == 0) {
-        const int result = FN(advance_evolved_circles_3_shared)(ray, row, brackets + 9 * i);
-        const int is_done = result;
-        done[i] = is_done ? 1 : 0;
-      }
-    }
-  }
-  for (ptrdiff_t i = 0; i < count; i++) {
-    FN(append)(roots, roots_count_, found, brackets[9 * i + 2]);
-  }
-}
-
 /* Append the roots of f in [begin, end], rising. */
 BS_INLINE void FN(isolate_evolved_circles_3_shared)(const S *ray, const S *row, const S *coefficients, S noise,
-    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const ptrdiff_t deepest = K(BS_EPSILON) > K(1e-10) ? 13 : 27;
   const S result = FN(unit_roundoff)();
@@ -5304,34 +5488,42 @@ BS_INLINE void FN(isolate_evolved_circles_3_shared)(const S *ray, const S *row, 
   ptrdiff_t height = 0;
   ptrdiff_t pending = 0;
   int is_running = 0;
+  S whole[7];
+  S piece[5];
   for (ptrdiff_t i = 0; i < 7; i++) {
-    c[i] = coefficients[i];
+    whole[i] = coefficients[i];
   }
-  pieces[0] = begin;
-  pieces[1] = end;
-  pieces[4] = noise;
-  counts[0] = 0;
+  piece[0] = begin;
+  piece[1] = end;
+  piece[4] = noise;
   const S result1 = FN(value_evolved_circles_3_shared)(ray, row, begin > K(0.0) ? begin : -margin);
   const S f_begin = result1;
   const S result2 = FN(value_evolved_circles_3_shared)(ray, row, end < K(1.0) ? end : K(1.0) + margin);
   const S f_end = result2;
-  pieces[2] = f_begin;
-  pieces[3] = f_end;
+  piece[2] = f_begin;
+  piece[3] = f_end;
   ptrdiff_t result3;
   int result4;
-  FN(recount_6)(c, noise, &result3, &result4);
+  FN(recount_6)(whole, noise, &result3, &result4);
   ptrdiff_t count = result3;
   int is_unsure = result4;
   int is_trimmed = 0;
   if (is_unsure) {
-    const int result5 = FN(trim_evolved_circles_3_shared)(ray, row, c, pieces, last, roots, roots_count_, found);
+    const int result5 = FN(trim_evolved_circles_3_shared)(ray, row, whole, piece, last, roots, roots_count_, found);
     is_trimmed = result5;
     ptrdiff_t result6;
     int result7;
-    FN(recount_6)(c, noise, &result6, &result7);
+    FN(recount_6)(whole, noise, &result6, &result7);
     count = result6;
     is_unsure = result7;
   }
+  for (ptrdiff_t k = 0; k < 7; k++) {
+    c[k] = whole[k];
+  }
+  for (ptrdiff_t k1 = 0; k1 < 5; k1++) {
+    pieces[k1] = piece[k1];
+  }
+  counts[0] = 0;
   counts[1] = count;
   counts[2] = is_unsure ? 1 : 0;
   while (height >= 0) {
@@ -5343,79 +5535,92 @@ BS_INLINE void FN(isolate_evolved_circles_3_shared)(const S *ray, const S *row, 
     const int is_unlike = (f_lo < K(0.0)) != (f_hi < K(0.0));
     const ptrdiff_t most = is_unlike ? 2 : 1;
     count = counts[3 * height + 1];
+    S off = pieces[5 * height + 4];
     if ((counts[3 * height + 2] != 0) && (count == -2 || count > most)) {
       const S result8 = FN(shared_bound_evolved_circles_3_shared)(ray, row, hi, K(1.0) - lo);
       const S terms = result8;
       const S result9 = FN(unit_roundoff)();
-      pieces[5 * height + 4] = FN(bs_min)(pieces[5 * height + 4], K(288.0) * result9 * terms);
+      off = FN(bs_min)(off, K(288.0) * result9 * terms);
       ptrdiff_t result10;
       int result11;
-      FN(recount_6)(c + 7 * height, pieces[5 * height + 4], &result10, &result11);
+      FN(recount_6)(c + 7 * height, off, &result10, &result11);
       count = result10;
       is_unsure = result11;
     }
     const int is_crowded = count > most;
     const int is_noisy = (count == -2) || (is_crowded && counts[3 * height] == deepest);
-    if (is_crowded && !is_noisy) {
-      FN(halve_6)(c + 7 * upper, c + 7 * height, c + 7 * height);
-      const S middle = K(0.5) * (lo + hi);
-      pieces[5 * upper] = lo;
-      pieces[5 * upper + 2] = f_lo;
-      pieces[5 * upper + 1] = middle;
-      pieces[5 * height] = middle;
-      const S off = pieces[5 * height + 4];
-      pieces[5 * upper + 4] = off;
-      counts[3 * height] = counts[3 * height] + 1;
-      counts[3 * upper] = counts[3 * height];
-      ptrdiff_t result12;
-      int result13;
-      FN(variations_6)(c + 7 * upper, off, &result12, &result13);
-      const ptrdiff_t lower_count = result12;
-      const int is_lower_unsure = result13;
-      ptrdiff_t result14;
-      int result15;
-      FN(variations_6)(c + 7 * height, off, &result14, &result15);
-      const ptrdiff_t upper_count = result14;
-      const int is_upper_unsure = result15;
-      counts[3 * upper + 1] = lower_count;
-      counts[3 * upper + 2] = is_lower_unsure ? 1 : 0;
-      counts[3 * height + 1] = upper_count;
-      counts[3 * height + 2] = is_upper_unsure ? 1 : 0;
-      const S result16 = FN(rates_parted_evolved_circles_3_shared)(ray, row, middle, f_lo, lower_count, f_hi, upper_count);
-      const S f = result16;
-      pieces[5 * upper + 3] = f;
-      pieces[5 * height + 2] = f;
-      height = height + (is_running || lower_count != -1 ? 1 : 0);
-      continue;
-    }
-    if (is_running && !is_noisy) {
-      FN(rates_settle_evolved_circles_3_shared)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
-      is_running = 0;
-    }
-    if (is_noisy) {
-      if (!is_running) {
-        run[0] = lo;
-        run[2] = f_lo;
+    const int is_halved = is_crowded && !is_noisy;
+    if (count != -3 && !is_halved) {
+      if (is_running && !is_noisy) {
+        FN(settle_evolved_circles_3_shared)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+        is_running = 0;
       }
-      run[1] = hi;
-      run[3] = f_hi;
-      is_running = 1;
-    } else {
-      if (count >= 0 && is_unlike) {
-        const S result17 = FN(crossing_6)(c + 7 * height);
-        const S guess = lo + (hi - lo) * result17;
-        FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets + 9 * pending);
-        pending = pending + 1;
+      if (is_noisy) {
+        if (!is_running) {
+          run[0] = lo;
+          run[2] = f_lo;
+        }
+        run[1] = hi;
+        run[3] = f_hi;
+        is_running = 1;
+      } else {
+        if (count >= 0 && is_unlike) {
+          const S result12 = FN(crossing_6)(c + 7 * height);
+          const S guess = lo + (hi - lo) * result12;
+          if (pending == 0) {
+            FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets);
+          } else {
+            FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets + 9);
+          }
+          pending = pending + 1;
+        }
       }
     }
-    if ((pending == 2) || ((pending > 0) && (is_running || height == 0))) {
+    if (((pending == 2) || (pending > 0 && is_running))) {
       FN(rates_finish_evolved_circles_3_shared_2x9)(ray, row, brackets, pending, roots, roots_count_, found);
       pending = 0;
     }
-    height = height - 1;
+    if ((is_halved)) {
+      FN(halve_6)(c + 7 * upper, c + 7 * height, c + 7 * height);
+      const S middle = K(0.5) * (lo + hi);
+      const ptrdiff_t depth = counts[3 * height] + 1;
+      ptrdiff_t result13;
+      int result14;
+      FN(variations_6)(c + 7 * upper, off, &result13, &result14);
+      const ptrdiff_t lower_count = result13;
+      const int is_lower_unsure = result14;
+      ptrdiff_t result15;
+      int result16;
+      FN(variations_6)(c + 7 * height, off, &result15, &result16);
+      const ptrdiff_t upper_count = result15;
+      const int is_upper_unsure = result16;
+      const int is_below = is_halved && (is_running || lower_count != -1);
+      const S result17 = FN(rates_parted_evolved_circles_3_shared)(ray, row, middle, f_lo, is_halved ? lower_count : -1,
+          f_hi, upper_count);
+      const S f = result17;
+      pieces[5 * upper] = lo;
+      pieces[5 * upper + 1] = middle;
+      pieces[5 * upper + 2] = f_lo;
+      pieces[5 * upper + 3] = f;
+      pieces[5 * upper + 4] = off;
+      pieces[5 * height] = middle;
+      pieces[5 * height + 2] = f;
+      counts[3 * upper] = depth;
+      counts[3 * height] = depth;
+      counts[3 * upper + 1] = is_below ? lower_count : -3;
+      counts[3 * height + 1] = is_halved ? upper_count : -3;
+      counts[3 * upper + 2] = is_below && is_lower_unsure ? 1 : 0;
+      counts[3 * height + 2] = is_halved && is_upper_unsure ? 1 : 0;
+      height = height + ((is_below) ? 1 : 0);
+    } else {
+      height = height - 1;
+    }
+  }
+  if (pending > 0) {
+    FN(rates_finish_evolved_circles_3_shared_2x9)(ray, row, brackets, pending, roots, roots_count_, found);
   }
   if (is_running) {
-    FN(rates_settle_evolved_circles_3_shared)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+    FN(settle_evolved_circles_3_shared)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
   }
   if (is_trimmed) {
     FN(append_between_evolved_circles_3_shared)(ray, row, last[0], last[1], last[2], last[3],
@@ -5425,7 +5630,7 @@ BS_INLINE void FN(isolate_evolved_circles_3_shared)(const S *ray, const S *row, 
 
 /* Keep an end of the piece where there is a circle, no root next to it, and f is zero to rounding. */
 BS_OUTLINED void FN(add_touching_end_evolved_circles_3_shared)(const S *ray, const S *row, S end, S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const int result = FN(is_real)(row + 11, end);
   if (!result || found[0] == roots_count_) {
@@ -5446,7 +5651,7 @@ BS_OUTLINED void FN(add_touching_end_evolved_circles_3_shared)(const S *ray, con
 BS_OUTLINED ptrdiff_t FN(isolated_shared_evolved_circles_3)(S *ray, const S *row, S *roots, ptrdiff_t roots_count_)
 {
   S part[7];
-  ptrdiff_t found[2] = {0};
+  ptrdiff_t found[3] = {0};
   S row1[7];
   FN(cga3d_common_sphere_meets_3)(row1, ray, row + 19);
   for (ptrdiff_t k = 0; k < 7; k++) {
@@ -5735,7 +5940,7 @@ BS_OUTLINED S FN(rates_refine_evolved_circles_3)(const S *ray, const S *row, S l
 
 /* Keep the root between two places, if the condition has unlike signs there. */
 BS_OUTLINED void FN(append_between_evolved_circles_3)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   if ((f_lo < K(0.0)) != (f_hi < K(0.0))) {
     if (lo < hi) {
@@ -5750,7 +5955,7 @@ BS_OUTLINED void FN(append_between_evolved_circles_3)(const S *ray, const S *row
 
 /* Let a piece begin and end where f is certain; whether something is left above: its places and f in ``last``. */
 BS_OUTLINED int FN(trim_evolved_circles_3)(const S *ray, const S *row, S *c, S piece[BS_LENGTH(5)],
-    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S width = piece[1] - piece[0];
   int is_certain;
@@ -5808,39 +6013,9 @@ BS_OUTLINED S FN(polynomial_bound_evolved_circles_3)(const S *ray, const S *row,
   return bound;
 }
 
-/* Coefficients on both halves of the interval of c; left or right may be c. */
-BS_INLINE void FN(halve_32)(S *left, S *right, const S *c)
-{
-  S w[33];
-  for (ptrdiff_t i = 0; i < 33; i++) {
-    w[i] = c[i];
-  }
-  for (ptrdiff_t i = 0; i < 33; i++) {
-    left[i] = w[0];
-    right[32 - i] = w[32 - i];
-    for (ptrdiff_t j = 0; j < 32 - i; j++) {
-      w[j] = K(0.5) * (w[j] + w[j + 1]);
-    }
-  }
-}
-
-/* f where a piece was parted. */
-BS_INLINE S FN(rates_parted_evolved_circles_3)(const S *ray, const S *row, S at, S f_lo, ptrdiff_t roots_left,
-    S f_hi, ptrdiff_t roots_right)
-{
-  if (roots_left == -1) {
-    return f_lo < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
-  }
-  if (roots_right == -1) {
-    return f_hi < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
-  }
-  const S result = FN(value_evolved_circles_3)(ray, row, at);
-  return result;
-}
-
 /* Keep the roots between two places where f has like signs; whether it comes nearer to zero from both. */
 BS_OUTLINED int FN(rates_dip_evolved_circles_3)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi, S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S result = FN(unit_roundoff)();
   const S tolerance = K(4.0) * result;
@@ -5899,7 +6074,7 @@ BS_OUTLINED int FN(rates_dip_evolved_circles_3)(const S *ray, const S *row, S lo
 
 /* Keep the roots between two places, by signs and slopes there; False: f only falls or only rises, and has none. */
 BS_OUTLINED int FN(rates_between_evolved_circles_3)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi, S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   if (!((f_lo < K(0.0)) != (f_hi < K(0.0)))) {
     const int result = FN(rates_dip_evolved_circles_3)(ray, row, lo, f_lo, hi, f_hi, roots, roots_count_, found);
@@ -5914,7 +6089,7 @@ BS_OUTLINED int FN(rates_between_evolved_circles_3)(const S *ray, const S *row, 
 
 /* Keep the roots of f in a run of noisy pieces, where roots of p nearly meet. */
 BS_OUTLINED void FN(rates_settle_evolved_circles_3)(const S *ray, const S *row, const S run[BS_LENGTH(5)],
-    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   (void)c;
   S f_lo = run[2];
@@ -5966,23 +6141,35 @@ BS_OUTLINED void FN(rates_settle_evolved_circles_3)(const S *ray, const S *row, 
   }
 }
 
+/* Keep the roots of f in a run of noisy pieces, or leave the whole to another search. */
+BS_INLINE void FN(settle_evolved_circles_3)(const S *ray, const S *row, const S run[BS_LENGTH(5)], const S *c,
+    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  FN(rates_settle_evolved_circles_3)(ray, row, run, c, begin, end, roots, roots_count_, found);
+}
+
 /* Where the polygon of the coefficients first changes sign, as a fraction of its interval: near a root. */
 BS_INLINE S FN(crossing_32)(const S *c)
 {
-  ptrdiff_t i = 0;
-  while (i < 31 && !((c[i] < K(0.0)) != (c[i + 1] < K(0.0)))) {
-    i = i + 1;
+  ptrdiff_t at = 31;
+  S first = c[31];
+  S after = c[32];
+  for (ptrdiff_t i = 30; i > -1; i--) {
+    const int is_change = (c[i] < K(0.0)) != (c[i + 1] < K(0.0));
+    at = is_change ? i : at;
+    first = is_change ? c[i] : first;
+    after = is_change ? c[i + 1] : after;
   }
-  const S part = c[i] / (c[i] - c[i + 1]);
-  return ((S)(i) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(32.0);
+  const S part = first / (first - after);
+  return ((S)(at) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(32.0);
 }
 
 /* Keep the roots of one or two brackets. In turns: they do not wait for one another. */
 BS_INLINE void FN(rates_finish_evolved_circles_3_2x9)(const S *ray, const S *row, S brackets[BS_LENGTH(18)],
-    ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   ptrdiff_t done[2];
-  done[0] = 0;
+  done[0] = count < 1 ? 1 : 0;
   done[1] = count < 2 ? 1 : 0;
   while (done[0] + done[1] < 2) {
     for (ptrdiff_t i = 0; i < count; i++) {
@@ -5998,9 +6185,39 @@ BS_INLINE void FN(rates_finish_evolved_circles_3_2x9)(const S *ray, const S *row
   }
 }
 
+/* Coefficients on both halves of the interval of c; left or right may be c. */
+BS_INLINE void FN(halve_32)(S *left, S *right, const S *c)
+{
+  S w[33];
+  for (ptrdiff_t i = 0; i < 33; i++) {
+    w[i] = c[i];
+  }
+  for (ptrdiff_t i = 0; i < 33; i++) {
+    left[i] = w[0];
+    right[32 - i] = w[32 - i];
+    for (ptrdiff_t j = 0; j < 32 - i; j++) {
+      w[j] = K(0.5) * (w[j] + w[j + 1]);
+    }
+  }
+}
+
+/* f where a piece was parted. */
+BS_INLINE S FN(rates_parted_evolved_circles_3)(const S *ray, const S *row, S at, S f_lo, ptrdiff_t roots_left,
+    S f_hi, ptrdiff_t roots_right)
+{
+  if (roots_left == -1) {
+    return f_lo < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
+  }
+  if (roots_right == -1) {
+    return f_hi < K(0.0) ? -K(BS_GREATEST) : K(BS_GREATEST);
+  }
+  const S result = FN(value_evolved_circles_3)(ray, row, at);
+  return result;
+}
+
 /* Append the roots of f in [begin, end], rising. */
 BS_INLINE void FN(isolate_evolved_circles_3)(const S *ray, const S *row, const S *coefficients, S noise, S begin,
-    S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const ptrdiff_t deepest = K(BS_EPSILON) > K(1e-10) ? 13 : 27;
   const S result = FN(unit_roundoff)();
@@ -6014,34 +6231,42 @@ BS_INLINE void FN(isolate_evolved_circles_3)(const S *ray, const S *row, const S
   ptrdiff_t height = 0;
   ptrdiff_t pending = 0;
   int is_running = 0;
+  S whole[33];
+  S piece[5];
   for (ptrdiff_t i = 0; i < 33; i++) {
-    c[i] = coefficients[i];
+    whole[i] = coefficients[i];
   }
-  pieces[0] = begin;
-  pieces[1] = end;
-  pieces[4] = noise;
-  counts[0] = 0;
+  piece[0] = begin;
+  piece[1] = end;
+  piece[4] = noise;
   const S result1 = FN(value_evolved_circles_3)(ray, row, begin > K(0.0) ? begin : -margin);
   const S f_begin = result1;
   const S result2 = FN(value_evolved_circles_3)(ray, row, end < K(1.0) ? end : K(1.0) + margin);
   const S f_end = result2;
-  pieces[2] = f_begin;
-  pieces[3] = f_end;
+  piece[2] = f_begin;
+  piece[3] = f_end;
   ptrdiff_t result3;
   int result4;
-  FN(recount_32)(c, noise, &result3, &result4);
+  FN(recount_32)(whole, noise, &result3, &result4);
   ptrdiff_t count = result3;
   int is_unsure = result4;
   int is_trimmed = 0;
   if (is_unsure) {
-    const int result5 = FN(trim_evolved_circles_3)(ray, row, c, pieces, last, roots, roots_count_, found);
+    const int result5 = FN(trim_evolved_circles_3)(ray, row, whole, piece, last, roots, roots_count_, found);
     is_trimmed = result5;
     ptrdiff_t result6;
     int result7;
-    FN(recount_32)(c, noise, &result6, &result7);
+    FN(recount_32)(whole, noise, &result6, &result7);
     count = result6;
     is_unsure = result7;
   }
+  for (ptrdiff_t k = 0; k < 33; k++) {
+    c[k] = whole[k];
+  }
+  for (ptrdiff_t k1 = 0; k1 < 5; k1++) {
+    pieces[k1] = piece[k1];
+  }
+  counts[0] = 0;
   counts[1] = count;
   counts[2] = is_unsure ? 1 : 0;
   while (height >= 0) {
@@ -6053,79 +6278,92 @@ BS_INLINE void FN(isolate_evolved_circles_3)(const S *ray, const S *row, const S
     const int is_unlike = (f_lo < K(0.0)) != (f_hi < K(0.0));
     const ptrdiff_t most = is_unlike ? 2 : 1;
     count = counts[3 * height + 1];
+    S off = pieces[5 * height + 4];
     if ((counts[3 * height + 2] != 0) && (count == -2 || count > most)) {
       const S result8 = FN(polynomial_bound_evolved_circles_3)(ray, row, hi, K(1.0) - lo);
       const S terms = result8;
       const S result9 = FN(unit_roundoff)();
-      pieces[5 * height + 4] = FN(bs_min)(pieces[5 * height + 4], K(288.0) * result9 * terms);
+      off = FN(bs_min)(off, K(288.0) * result9 * terms);
       ptrdiff_t result10;
       int result11;
-      FN(recount_32)(c + 33 * height, pieces[5 * height + 4], &result10, &result11);
+      FN(recount_32)(c + 33 * height, off, &result10, &result11);
       count = result10;
       is_unsure = result11;
     }
     const int is_crowded = count > most;
     const int is_noisy = (count == -2) || (is_crowded && counts[3 * height] == deepest);
-    if (is_crowded && !is_noisy) {
-      FN(halve_32)(c + 33 * upper, c + 33 * height, c + 33 * height);
-      const S middle = K(0.5) * (lo + hi);
-      pieces[5 * upper] = lo;
-      pieces[5 * upper + 2] = f_lo;
-      pieces[5 * upper + 1] = middle;
-      pieces[5 * height] = middle;
-      const S off = pieces[5 * height + 4];
-      pieces[5 * upper + 4] = off;
-      counts[3 * height] = counts[3 * height] + 1;
-      counts[3 * upper] = counts[3 * height];
-      ptrdiff_t result12;
-      int result13;
-      FN(variations_32)(c + 33 * upper, off, &result12, &result13);
-      const ptrdiff_t lower_count = result12;
-      const int is_lower_unsure = result13;
-      ptrdiff_t result14;
-      int result15;
-      FN(variations_32)(c + 33 * height, off, &result14, &result15);
-      const ptrdiff_t upper_count = result14;
-      const int is_upper_unsure = result15;
-      counts[3 * upper + 1] = lower_count;
-      counts[3 * upper + 2] = is_lower_unsure ? 1 : 0;
-      counts[3 * height + 1] = upper_count;
-      counts[3 * height + 2] = is_upper_unsure ? 1 : 0;
-      const S result16 = FN(rates_parted_evolved_circles_3)(ray, row, middle, f_lo, lower_count, f_hi, upper_count);
-      const S f = result16;
-      pieces[5 * upper + 3] = f;
-      pieces[5 * height + 2] = f;
-      height = height + (is_running || lower_count != -1 ? 1 : 0);
-      continue;
-    }
-    if (is_running && !is_noisy) {
-      FN(rates_settle_evolved_circles_3)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
-      is_running = 0;
-    }
-    if (is_noisy) {
-      if (!is_running) {
-        run[0] = lo;
-        run[2] = f_lo;
+    const int is_halved = is_crowded && !is_noisy;
+    if (count != -3 && !is_halved) {
+      if (is_running && !is_noisy) {
+        FN(settle_evolved_circles_3)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+        is_running = 0;
       }
-      run[1] = hi;
-      run[3] = f_hi;
-      is_running = 1;
-    } else {
-      if (count >= 0 && is_unlike) {
-        const S result17 = FN(crossing_32)(c + 33 * height);
-        const S guess = lo + (hi - lo) * result17;
-        FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets + 9 * pending);
-        pending = pending + 1;
+      if (is_noisy) {
+        if (!is_running) {
+          run[0] = lo;
+          run[2] = f_lo;
+        }
+        run[1] = hi;
+        run[3] = f_hi;
+        is_running = 1;
+      } else {
+        if (count >= 0 && is_unlike) {
+          const S result12 = FN(crossing_32)(c + 33 * height);
+          const S guess = lo + (hi - lo) * result12;
+          if (pending == 0) {
+            FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets);
+          } else {
+            FN(rates_begin)(lo, f_lo, hi, f_hi, guess, brackets + 9);
+          }
+          pending = pending + 1;
+        }
       }
     }
-    if ((pending == 2) || ((pending > 0) && (is_running || height == 0))) {
+    if (((pending == 2) || (pending > 0 && is_running))) {
       FN(rates_finish_evolved_circles_3_2x9)(ray, row, brackets, pending, roots, roots_count_, found);
       pending = 0;
     }
-    height = height - 1;
+    if ((is_halved)) {
+      FN(halve_32)(c + 33 * upper, c + 33 * height, c + 33 * height);
+      const S middle = K(0.5) * (lo + hi);
+      const ptrdiff_t depth = counts[3 * height] + 1;
+      ptrdiff_t result13;
+      int result14;
+      FN(variations_32)(c + 33 * upper, off, &result13, &result14);
+      const ptrdiff_t lower_count = result13;
+      const int is_lower_unsure = result14;
+      ptrdiff_t result15;
+      int result16;
+      FN(variations_32)(c + 33 * height, off, &result15, &result16);
+      const ptrdiff_t upper_count = result15;
+      const int is_upper_unsure = result16;
+      const int is_below = is_halved && (is_running || lower_count != -1);
+      const S result17 = FN(rates_parted_evolved_circles_3)(ray, row, middle, f_lo, is_halved ? lower_count : -1, f_hi,
+          upper_count);
+      const S f = result17;
+      pieces[5 * upper] = lo;
+      pieces[5 * upper + 1] = middle;
+      pieces[5 * upper + 2] = f_lo;
+      pieces[5 * upper + 3] = f;
+      pieces[5 * upper + 4] = off;
+      pieces[5 * height] = middle;
+      pieces[5 * height + 2] = f;
+      counts[3 * upper] = depth;
+      counts[3 * height] = depth;
+      counts[3 * upper + 1] = is_below ? lower_count : -3;
+      counts[3 * height + 1] = is_halved ? upper_count : -3;
+      counts[3 * upper + 2] = is_below && is_lower_unsure ? 1 : 0;
+      counts[3 * height + 2] = is_halved && is_upper_unsure ? 1 : 0;
+      height = height + ((is_below) ? 1 : 0);
+    } else {
+      height = height - 1;
+    }
+  }
+  if (pending > 0) {
+    FN(rates_finish_evolved_circles_3_2x9)(ray, row, brackets, pending, roots, roots_count_, found);
   }
   if (is_running) {
-    FN(rates_settle_evolved_circles_3)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+    FN(settle_evolved_circles_3)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
   }
   if (is_trimmed) {
     FN(append_between_evolved_circles_3)(ray, row, last[0], last[1], last[2], last[3], K(0.5) * (last[0] + last[2]),
@@ -6135,7 +6373,7 @@ BS_INLINE void FN(isolate_evolved_circles_3)(const S *ray, const S *row, const S
 
 /* Keep an end of the piece where there is a circle, no root next to it, and f is zero to rounding. */
 BS_OUTLINED void FN(add_touching_end_evolved_circles_3)(const S *ray, const S *row, S end, S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const int result = FN(is_real)(row + 11, end);
   if (!result || found[0] == roots_count_) {
@@ -6179,7 +6417,7 @@ BS_INLINE ptrdiff_t FN(isolated_evolved_circles_3)(S *ray, const S *row, S reach
     return 0;
   }
   S part[33];
-  ptrdiff_t found[2] = {0};
+  ptrdiff_t found[3] = {0};
   for (ptrdiff_t i = 0; i < 4; i++) {
     const S lo = row[11 + 2 * i];
     const S hi = row[11 + 2 * i + 1];
@@ -6933,6 +7171,17 @@ BS_OUTLINED void FN(without_products_evolved_point_pairs_1)(S *ray, S size)
   }
 }
 
+/* Coefficients of p, where E does not vanish: those of f. */
+BS_INLINE void FN(use_all_evolved_point_pairs_1)(S *ray, const S *row)
+{
+  for (ptrdiff_t i = 0; i < 4; i++) {
+    ray[4 + i] = ray[i];
+  }
+  for (ptrdiff_t i = 0; i < 1; i++) {
+    ray[12 + i] = row[22 + i];
+  }
+}
+
 /* f = m B - w E. */
 BS_INLINE S FN(pair_condition_evolved_point_pairs_1)(const S *ray, const S *row, S t, S rest)
 {
@@ -7059,7 +7308,7 @@ BS_INLINE S FN(values_refine_evolved_point_pairs_1)(const S *ray, const S *row, 
 
 /* Keep the root between two places, if the condition has unlike signs there. */
 BS_OUTLINED void FN(append_between_evolved_point_pairs_1)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   if ((f_lo < K(0.0)) != (f_hi < K(0.0))) {
     if (lo < hi) {
@@ -7074,7 +7323,7 @@ BS_OUTLINED void FN(append_between_evolved_point_pairs_1)(const S *ray, const S 
 
 /* Let a piece begin and end where f is certain; whether something is left above: its places and f in ``last``. */
 BS_OUTLINED int FN(trim_evolved_point_pairs_1)(const S *ray, const S *row, S *c, S piece[BS_LENGTH(5)],
-    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S width = piece[1] - piece[0];
   int is_certain;
@@ -7132,21 +7381,9 @@ BS_INLINE S FN(pair_polynomial_bound_evolved_point_pairs_1)(const S *ray, const 
   return bound;
 }
 
-/* f where a piece was parted. */
-BS_INLINE S FN(values_parted_evolved_point_pairs_1)(const S *ray, const S *row, S at, S f_lo, ptrdiff_t roots_left,
-    S f_hi, ptrdiff_t roots_right)
-{
-  (void)f_lo;
-  (void)roots_left;
-  (void)f_hi;
-  (void)roots_right;
-  const S result = FN(value_evolved_point_pairs_1)(ray, row, at);
-  return result;
-}
-
 /* Keep the root between two places where f has unlike signs, begun with the secant. */
 BS_OUTLINED void FN(append_refined_evolved_point_pairs_1)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S result = FN(secant)(lo, f_lo, hi, f_hi);
   const S result1 = FN(values_refine_evolved_point_pairs_1)(ray, row, lo, f_lo, hi, f_hi, result);
@@ -7163,7 +7400,7 @@ BS_INLINE int FN(dips)(S before, S middle, S after)
 
 /* Keep the roots between two places where f has like signs; it is nearest to zero at a known place between. */
 BS_OUTLINED void FN(values_dip_evolved_point_pairs_1)(const S *ray, const S *row, S lo, S f_lo, S middle, S f_middle,
-    S hi, S f_hi, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S hi, S f_hi, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   S a = lo;
   S fa = f_lo;
@@ -7209,7 +7446,7 @@ BS_OUTLINED void FN(values_dip_evolved_point_pairs_1)(const S *ray, const S *row
 
 /* Keep the roots of f in a wide run, where p does not help: from the sign changes and the dips between probes. */
 BS_OUTLINED void FN(probe_evolved_point_pairs_1)(const S *ray, const S *row, const S run[BS_LENGTH(5)], S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   S x0 = run[0];
   S x1 = run[0];
@@ -7266,7 +7503,7 @@ BS_INLINE S FN(slope_4)(const S *c, S r)
 
 /* Keep the roots of f in a run of noisy pieces, where some roots of p nearly meet; c: its coefficients in all. */
 BS_OUTLINED void FN(values_settle_evolved_point_pairs_1)(const S *ray, const S *row, const S run[BS_LENGTH(5)],
-    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S width = end - begin;
   const S lo = (run[0] - begin) / width;
@@ -7304,6 +7541,13 @@ BS_OUTLINED void FN(values_settle_evolved_point_pairs_1)(const S *ray, const S *
   }
 }
 
+/* Keep the roots of f in a run of noisy pieces, or leave the whole to another search. */
+BS_INLINE void FN(settle_evolved_point_pairs_1)(const S *ray, const S *row, const S run[BS_LENGTH(5)], const S *c,
+    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  FN(values_settle_evolved_point_pairs_1)(ray, row, run, c, begin, end, roots, roots_count_, found);
+}
+
 /* A root that waits for its turn. */
 BS_INLINE void FN(values_begin)(S lo, S f_lo, S hi, S f_hi, S guess, S b[BS_LENGTH(5)])
 {
@@ -7316,7 +7560,7 @@ BS_INLINE void FN(values_begin)(S lo, S f_lo, S hi, S f_hi, S guess, S b[BS_LENG
 
 /* Keep the roots of some brackets. */
 BS_INLINE void FN(values_finish_evolved_point_pairs_1_2x5)(const S *ray, const S *row,
-    const S brackets[BS_LENGTH(10)], ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    const S brackets[BS_LENGTH(10)], ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   for (ptrdiff_t i = 0; i < count; i++) {
     const ptrdiff_t b_at = 5 * i;
@@ -7327,9 +7571,21 @@ BS_INLINE void FN(values_finish_evolved_point_pairs_1_2x5)(const S *ray, const S
   }
 }
 
+/* f where a piece was parted. */
+BS_INLINE S FN(values_parted_evolved_point_pairs_1)(const S *ray, const S *row, S at, S f_lo, ptrdiff_t roots_left,
+    S f_hi, ptrdiff_t roots_right)
+{
+  (void)f_lo;
+  (void)roots_left;
+  (void)f_hi;
+  (void)roots_right;
+  const S result = FN(value_evolved_point_pairs_1)(ray, row, at);
+  return result;
+}
+
 /* Append the roots of f in [begin, end], rising. */
 BS_INLINE void FN(isolate_evolved_point_pairs_1)(const S *ray, const S *row, const S *coefficients, S noise, S begin,
-    S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const ptrdiff_t deepest = K(BS_EPSILON) > K(1e-10) ? 13 : 27;
   const S result = FN(unit_roundoff)();
@@ -7343,34 +7599,42 @@ BS_INLINE void FN(isolate_evolved_point_pairs_1)(const S *ray, const S *row, con
   ptrdiff_t height = 0;
   ptrdiff_t pending = 0;
   int is_running = 0;
+  S whole[5];
+  S piece[5];
   for (ptrdiff_t i = 0; i < 5; i++) {
-    c[i] = coefficients[i];
+    whole[i] = coefficients[i];
   }
-  pieces[0] = begin;
-  pieces[1] = end;
-  pieces[4] = noise;
-  counts[0] = 0;
+  piece[0] = begin;
+  piece[1] = end;
+  piece[4] = noise;
   const S result1 = FN(value_evolved_point_pairs_1)(ray, row, begin > K(0.0) ? begin : -margin);
   const S f_begin = result1;
   const S result2 = FN(value_evolved_point_pairs_1)(ray, row, end < K(1.0) ? end : K(1.0) + margin);
   const S f_end = result2;
-  pieces[2] = f_begin;
-  pieces[3] = f_end;
+  piece[2] = f_begin;
+  piece[3] = f_end;
   ptrdiff_t result3;
   int result4;
-  FN(recount_4)(c, noise, &result3, &result4);
+  FN(recount_4)(whole, noise, &result3, &result4);
   ptrdiff_t count = result3;
   int is_unsure = result4;
   int is_trimmed = 0;
   if (is_unsure) {
-    const int result5 = FN(trim_evolved_point_pairs_1)(ray, row, c, pieces, last, roots, roots_count_, found);
+    const int result5 = FN(trim_evolved_point_pairs_1)(ray, row, whole, piece, last, roots, roots_count_, found);
     is_trimmed = result5;
     ptrdiff_t result6;
     int result7;
-    FN(recount_4)(c, noise, &result6, &result7);
+    FN(recount_4)(whole, noise, &result6, &result7);
     count = result6;
     is_unsure = result7;
   }
+  for (ptrdiff_t k = 0; k < 5; k++) {
+    c[k] = whole[k];
+  }
+  for (ptrdiff_t k1 = 0; k1 < 5; k1++) {
+    pieces[k1] = piece[k1];
+  }
+  counts[0] = 0;
   counts[1] = count;
   counts[2] = is_unsure ? 1 : 0;
   while (height >= 0) {
@@ -7382,79 +7646,92 @@ BS_INLINE void FN(isolate_evolved_point_pairs_1)(const S *ray, const S *row, con
     const int is_unlike = (f_lo < K(0.0)) != (f_hi < K(0.0));
     const ptrdiff_t most = is_unlike ? 2 : 1;
     count = counts[3 * height + 1];
+    S off = pieces[5 * height + 4];
     if ((counts[3 * height + 2] != 0) && (count == -2 || count > most)) {
       const S result8 = FN(pair_polynomial_bound_evolved_point_pairs_1)(ray, row, hi, K(1.0) - lo);
       const S terms = result8;
       const S result9 = FN(unit_roundoff)();
-      pieces[5 * height + 4] = FN(bs_min)(pieces[5 * height + 4], K(288.0) * result9 * terms);
+      off = FN(bs_min)(off, K(288.0) * result9 * terms);
       ptrdiff_t result10;
       int result11;
-      FN(recount_4)(c + 5 * height, pieces[5 * height + 4], &result10, &result11);
+      FN(recount_4)(c + 5 * height, off, &result10, &result11);
       count = result10;
       is_unsure = result11;
     }
     const int is_crowded = count > most;
     const int is_noisy = (count == -2) || (is_crowded && counts[3 * height] == deepest);
-    if (is_crowded && !is_noisy) {
-      FN(halve_4)(c + 5 * upper, c + 5 * height, c + 5 * height);
-      const S middle = K(0.5) * (lo + hi);
-      pieces[5 * upper] = lo;
-      pieces[5 * upper + 2] = f_lo;
-      pieces[5 * upper + 1] = middle;
-      pieces[5 * height] = middle;
-      const S off = pieces[5 * height + 4];
-      pieces[5 * upper + 4] = off;
-      counts[3 * height] = counts[3 * height] + 1;
-      counts[3 * upper] = counts[3 * height];
-      ptrdiff_t result12;
-      int result13;
-      FN(variations_4)(c + 5 * upper, off, &result12, &result13);
-      const ptrdiff_t lower_count = result12;
-      const int is_lower_unsure = result13;
-      ptrdiff_t result14;
-      int result15;
-      FN(variations_4)(c + 5 * height, off, &result14, &result15);
-      const ptrdiff_t upper_count = result14;
-      const int is_upper_unsure = result15;
-      counts[3 * upper + 1] = lower_count;
-      counts[3 * upper + 2] = is_lower_unsure ? 1 : 0;
-      counts[3 * height + 1] = upper_count;
-      counts[3 * height + 2] = is_upper_unsure ? 1 : 0;
-      const S result16 = FN(values_parted_evolved_point_pairs_1)(ray, row, middle, f_lo, lower_count, f_hi, upper_count);
-      const S f = result16;
-      pieces[5 * upper + 3] = f;
-      pieces[5 * height + 2] = f;
-      height = height + (is_running || lower_count != -1 ? 1 : 0);
-      continue;
-    }
-    if (is_running && !is_noisy) {
-      FN(values_settle_evolved_point_pairs_1)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
-      is_running = 0;
-    }
-    if (is_noisy) {
-      if (!is_running) {
-        run[0] = lo;
-        run[2] = f_lo;
+    const int is_halved = is_crowded && !is_noisy;
+    if (count != -3 && !is_halved) {
+      if (is_running && !is_noisy) {
+        FN(settle_evolved_point_pairs_1)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+        is_running = 0;
       }
-      run[1] = hi;
-      run[3] = f_hi;
-      is_running = 1;
-    } else {
-      if (count >= 0 && is_unlike) {
-        const S result17 = FN(crossing_4)(c + 5 * height);
-        const S guess = lo + (hi - lo) * result17;
-        FN(values_begin)(lo, f_lo, hi, f_hi, guess, brackets + 5 * pending);
-        pending = pending + 1;
+      if (is_noisy) {
+        if (!is_running) {
+          run[0] = lo;
+          run[2] = f_lo;
+        }
+        run[1] = hi;
+        run[3] = f_hi;
+        is_running = 1;
+      } else {
+        if (count >= 0 && is_unlike) {
+          const S result12 = FN(crossing_4)(c + 5 * height);
+          const S guess = lo + (hi - lo) * result12;
+          if (pending == 0) {
+            FN(values_begin)(lo, f_lo, hi, f_hi, guess, brackets);
+          } else {
+            FN(values_begin)(lo, f_lo, hi, f_hi, guess, brackets + 5);
+          }
+          pending = pending + 1;
+        }
       }
     }
-    if ((pending == 2) || ((pending > 0) && (is_running || height == 0))) {
+    if (((pending == 2) || (pending > 0 && is_running))) {
       FN(values_finish_evolved_point_pairs_1_2x5)(ray, row, brackets, pending, roots, roots_count_, found);
       pending = 0;
     }
-    height = height - 1;
+    if ((is_halved)) {
+      FN(halve_4)(c + 5 * upper, c + 5 * height, c + 5 * height);
+      const S middle = K(0.5) * (lo + hi);
+      const ptrdiff_t depth = counts[3 * height] + 1;
+      ptrdiff_t result13;
+      int result14;
+      FN(variations_4)(c + 5 * upper, off, &result13, &result14);
+      const ptrdiff_t lower_count = result13;
+      const int is_lower_unsure = result14;
+      ptrdiff_t result15;
+      int result16;
+      FN(variations_4)(c + 5 * height, off, &result15, &result16);
+      const ptrdiff_t upper_count = result15;
+      const int is_upper_unsure = result16;
+      const int is_below = is_halved && (is_running || lower_count != -1);
+      const S result17 = FN(values_parted_evolved_point_pairs_1)(ray, row, middle, f_lo, is_halved ? lower_count : -1,
+          f_hi, upper_count);
+      const S f = result17;
+      pieces[5 * upper] = lo;
+      pieces[5 * upper + 1] = middle;
+      pieces[5 * upper + 2] = f_lo;
+      pieces[5 * upper + 3] = f;
+      pieces[5 * upper + 4] = off;
+      pieces[5 * height] = middle;
+      pieces[5 * height + 2] = f;
+      counts[3 * upper] = depth;
+      counts[3 * height] = depth;
+      counts[3 * upper + 1] = is_below ? lower_count : -3;
+      counts[3 * height + 1] = is_halved ? upper_count : -3;
+      counts[3 * upper + 2] = is_below && is_lower_unsure ? 1 : 0;
+      counts[3 * height + 2] = is_halved && is_upper_unsure ? 1 : 0;
+      height = height + ((is_below) ? 1 : 0);
+    } else {
+      height = height - 1;
+    }
+  }
+  if (pending > 0) {
+    FN(values_finish_evolved_point_pairs_1_2x5)(ray, row, brackets, pending, roots, roots_count_, found);
   }
   if (is_running) {
-    FN(values_settle_evolved_point_pairs_1)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+    FN(settle_evolved_point_pairs_1)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
   }
   if (is_trimmed) {
     FN(append_between_evolved_point_pairs_1)(ray, row, last[0], last[1], last[2], last[3], K(0.5) * (last[0] + last[2]),
@@ -7487,12 +7764,7 @@ BS_INLINE ptrdiff_t FN(pair_isolated_evolved_point_pairs_1)(S *ray, const S *row
     size_e = result3 * size_b;
     size_k = K(0.0);
   } else {
-    for (ptrdiff_t i = 0; i < 4; i++) {
-      ray[4 + i] = ray[i];
-    }
-    for (ptrdiff_t i = 0; i < 1; i++) {
-      ray[12 + i] = row[22 + i];
-    }
+    FN(use_all_evolved_point_pairs_1)(ray, row);
   }
   S c[5];
   FN(cga3d_ribbon_polynomial_1)(c, ray + 4, row + 19, ray + 12);
@@ -7520,7 +7792,7 @@ BS_INLINE ptrdiff_t FN(pair_isolated_evolved_point_pairs_1)(S *ray, const S *row
     ray[8 + i] = ABS(ray[i]) + added;
   }
   S part[5];
-  ptrdiff_t found[2] = {0};
+  ptrdiff_t found[3] = {0};
   for (ptrdiff_t i = 0; i < 4; i++) {
     const S lo = row[11 + 2 * i];
     const S hi = row[11 + 2 * i + 1];
@@ -8435,6 +8707,17 @@ BS_OUTLINED void FN(without_products_evolved_point_pairs_2)(S *ray, S size)
   }
 }
 
+/* Coefficients of p, where E does not vanish: those of f. */
+BS_INLINE void FN(use_all_evolved_point_pairs_2)(S *ray, const S *row)
+{
+  for (ptrdiff_t i = 0; i < 8; i++) {
+    ray[8 + i] = ray[i];
+  }
+  for (ptrdiff_t i = 0; i < 5; i++) {
+    ray[24 + i] = row[24 + i];
+  }
+}
+
 /* Coefficients from the fraction r of the interval to its end. */
 BS_INLINE void FN(cut_below_10)(S *c, S r)
 {
@@ -8737,7 +9020,7 @@ BS_INLINE S FN(values_refine_evolved_point_pairs_2)(const S *ray, const S *row, 
 
 /* Keep the root between two places, if the condition has unlike signs there. */
 BS_OUTLINED void FN(append_between_evolved_point_pairs_2)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   if ((f_lo < K(0.0)) != (f_hi < K(0.0))) {
     if (lo < hi) {
@@ -8752,7 +9035,7 @@ BS_OUTLINED void FN(append_between_evolved_point_pairs_2)(const S *ray, const S 
 
 /* Let a piece begin and end where f is certain; whether something is left above: its places and f in ``last``. */
 BS_OUTLINED int FN(trim_evolved_point_pairs_2)(const S *ray, const S *row, S *c, S piece[BS_LENGTH(5)],
-    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S width = piece[1] - piece[0];
   int is_certain;
@@ -8808,6 +9091,225 @@ BS_INLINE S FN(pair_polynomial_bound_evolved_point_pairs_2)(const S *ray, const 
   FN(cga3d_ribbon_polynomial_bound_2)(row3, ray + 8, row + 19, ray + 24, row1, row2);
   const S bound = row3[0];
   return bound;
+}
+
+/* Keep the root between two places where f has unlike signs, begun with the secant. */
+BS_OUTLINED void FN(append_refined_evolved_point_pairs_2)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
+    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  const S result = FN(secant)(lo, f_lo, hi, f_hi);
+  const S result1 = FN(values_refine_evolved_point_pairs_2)(ray, row, lo, f_lo, hi, f_hi, result);
+  const S root = result1;
+  FN(append)(roots, roots_count_, found, root);
+}
+
+/* Keep the roots between two places where f has like signs; it is nearest to zero at a known place between. */
+BS_OUTLINED void FN(values_dip_evolved_point_pairs_2)(const S *ray, const S *row, S lo, S f_lo, S middle, S f_middle,
+    S hi, S f_hi, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  S a = lo;
+  S fa = f_lo;
+  S b = hi;
+  S fb = f_hi;
+  S x = middle;
+  S fx = f_middle;
+  for (ptrdiff_t __ = 0; __ < 128; __++) {
+    if ((fx < K(0.0)) != (fa < K(0.0))) {
+      break;
+    }
+    const int is_left = x - a > b - x;
+    const S y = x + K(0.3819660112501051) * (is_left ? a - x : b - x);
+    const S result = FN(value_evolved_point_pairs_2)(ray, row, y);
+    const S fy = result;
+    const int is_nearer = (fy < K(0.0)) != (fa < K(0.0)) || ABS(fy) < ABS(fx);
+    if (is_left != is_nearer) {
+      a = !is_left ? x : y;
+      fa = !is_left ? fx : fy;
+    } else {
+      b = is_left ? x : y;
+      fb = is_left ? fx : fy;
+    }
+    x = is_nearer ? y : x;
+    fx = is_nearer ? fy : fx;
+    const S result1 = FN(near)();
+    const S result2 = FN(near)();
+    if (b - a <= result1 * result2) {
+      break;
+    }
+  }
+  const int result3 = FN(touches_evolved_point_pairs_2)(ray, row, x, fx);
+  const int is_touching = result3;
+  if (is_touching) {
+    FN(append)(roots, roots_count_, found, x);
+  } else {
+    if ((fx < K(0.0)) != (fa < K(0.0))) {
+      FN(append_refined_evolved_point_pairs_2)(ray, row, a, fa, x, fx, roots, roots_count_, found);
+      FN(append_refined_evolved_point_pairs_2)(ray, row, x, fx, b, fb, roots, roots_count_, found);
+    }
+  }
+}
+
+/* Keep the roots of f in a wide run, where p does not help: from the sign changes and the dips between probes. */
+BS_OUTLINED void FN(probe_evolved_point_pairs_2)(const S *ray, const S *row, const S run[BS_LENGTH(5)], S *roots,
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  S x0 = run[0];
+  S x1 = run[0];
+  S x2 = run[0];
+  S f0 = run[2];
+  S f1 = run[2];
+  S f2 = run[2];
+  ptrdiff_t zeros = 0;
+  for (ptrdiff_t i = 1; i < 33; i++) {
+    x0 = x1;
+    x1 = x2;
+    f0 = f1;
+    f1 = f2;
+    x2 = run[1];
+    f2 = run[3];
+    if (i < 32) {
+      x2 = run[0] + (run[1] - run[0]) * ((S)(i) / K(32.0));
+      const S result = FN(value_evolved_point_pairs_2)(ray, row, x2);
+      f2 = result;
+    }
+    const int result1 = FN(touches_evolved_point_pairs_2)(ray, row, x2, f2);
+    const int is_zero = result1;
+    zeros = zeros + (is_zero ? 1 : 0);
+    if ((f1 < K(0.0)) != (f2 < K(0.0))) {
+      FN(append_refined_evolved_point_pairs_2)(ray, row, x1, f1, x2, f2, roots, roots_count_, found);
+    } else {
+      if (i > 1 && !((f0 < K(0.0)) != (f1 < K(0.0)))) {
+        const int result2 = FN(dips)(f0, f1, f2);
+        if (result2) {
+          FN(values_dip_evolved_point_pairs_2)(ray, row, x0, f0, x1, f1, x2, f2, roots, roots_count_, found);
+        }
+      }
+    }
+  }
+  if (zeros == 32) {
+    found[1] = 1;
+  }
+}
+
+/* Derivative at the fraction r of the interval, up to a positive factor. */
+BS_INLINE S FN(slope_10)(const S *c, S r)
+{
+  S w[10];
+  for (ptrdiff_t i = 0; i < 10; i++) {
+    w[i] = c[i + 1] - c[i];
+  }
+  for (ptrdiff_t n = 9; n > 0; n--) {
+    for (ptrdiff_t i = 0; i < n; i++) {
+      w[i] = (K(1.0) - r) * w[i] + r * w[i + 1];
+    }
+  }
+  return w[0];
+}
+
+/* Keep the roots of f in a run of noisy pieces, where some roots of p nearly meet; c: its coefficients in all. */
+BS_OUTLINED void FN(values_settle_evolved_point_pairs_2)(const S *ray, const S *row, const S run[BS_LENGTH(5)],
+    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  const S width = end - begin;
+  const S lo = (run[0] - begin) / width;
+  const S hi = (run[1] - begin) / width;
+  const S result = FN(widest_run)();
+  if (run[1] - run[0] > result) {
+    FN(probe_evolved_point_pairs_2)(ray, row, run, roots, roots_count_, found);
+    return;
+  }
+  if ((run[2] < K(0.0)) != (run[3] < K(0.0))) {
+    FN(append_refined_evolved_point_pairs_2)(ray, row, run[0], run[2], run[1], run[3], roots, roots_count_, found);
+    return;
+  }
+  const S result1 = FN(slope_10)(c, lo);
+  const S g_lo = result1;
+  const S result2 = FN(slope_10)(c, hi);
+  const S g_hi = result2;
+  S x = ABS(run[2]) < ABS(run[3]) ? run[0] : run[1];
+  if ((g_lo < K(0.0)) != (g_hi < K(0.0))) {
+    x = begin + width * (lo + (hi - lo) * (g_lo / (g_lo - g_hi)));
+  }
+  const S result3 = FN(value_evolved_point_pairs_2)(ray, row, x);
+  const S fx = result3;
+  const int is_crossing = (fx < K(0.0)) != (run[2] < K(0.0));
+  const int result4 = FN(dips)(run[2], fx, run[3]);
+  const int is_dip = result4;
+  const int result5 = FN(touches_evolved_point_pairs_2)(ray, row, x, fx);
+  const int is_touching = result5;
+  if (is_touching) {
+    FN(append)(roots, roots_count_, found, x);
+  } else {
+    if (is_crossing || (x > run[0] && x < run[1] && is_dip)) {
+      FN(values_dip_evolved_point_pairs_2)(ray, row, run[0], run[2], x, fx, run[1], run[3], roots, roots_count_, found);
+    }
+  }
+}
+
+/* Keep the roots of f in a run of noisy pieces, or leave the whole to another search. */
+BS_INLINE void FN(settle_evolved_point_pairs_2)(const S *ray, const S *row, const S run[BS_LENGTH(5)], const S *c,
+    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  FN(values_settle_evolved_point_pairs_2)(ray, row, run, c, begin, end, roots, roots_count_, found);
+}
+
+/* Where the polygon of the coefficients first changes sign, as a fraction of its interval: near a root. */
+BS_INLINE S FN(crossing_10)(const S *c)
+{
+  ptrdiff_t at = 9;
+  S first = c[9];
+  S after = c[10];
+  int is_change = (c[8] < K(0.0)) != (c[9] < K(0.0));
+  at = is_change ? 8 : at;
+  first = is_change ? c[8] : first;
+  after = is_change ? c[9] : after;
+  is_change = (c[7] < K(0.0)) != (c[8] < K(0.0));
+  at = is_change ? 7 : at;
+  first = is_change ? c[7] : first;
+  after = is_change ? c[8] : after;
+  is_change = (c[6] < K(0.0)) != (c[7] < K(0.0));
+  at = is_change ? 6 : at;
+  first = is_change ? c[6] : first;
+  after = is_change ? c[7] : after;
+  is_change = (c[5] < K(0.0)) != (c[6] < K(0.0));
+  at = is_change ? 5 : at;
+  first = is_change ? c[5] : first;
+  after = is_change ? c[6] : after;
+  is_change = (c[4] < K(0.0)) != (c[5] < K(0.0));
+  at = is_change ? 4 : at;
+  first = is_change ? c[4] : first;
+  after = is_change ? c[5] : after;
+  is_change = (c[3] < K(0.0)) != (c[4] < K(0.0));
+  at = is_change ? 3 : at;
+  first = is_change ? c[3] : first;
+  after = is_change ? c[4] : after;
+  is_change = (c[2] < K(0.0)) != (c[3] < K(0.0));
+  at = is_change ? 2 : at;
+  first = is_change ? c[2] : first;
+  after = is_change ? c[3] : after;
+  is_change = (c[1] < K(0.0)) != (c[2] < K(0.0));
+  at = is_change ? 1 : at;
+  first = is_change ? c[1] : first;
+  after = is_change ? c[2] : after;
+  is_change = (c[0] < K(0.0)) != (c[1] < K(0.0));
+  at = is_change ? 0 : at;
+  first = is_change ? c[0] : first;
+  after = is_change ? c[1] : after;
+  const S part = first / (first - after);
+  return ((S)(at) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(10.0);
+}
+
+/* Keep the roots of some brackets. */
+BS_INLINE void FN(values_finish_evolved_point_pairs_2_2x5)(const S *ray, const S *row,
+    const S brackets[BS_LENGTH(10)], ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  for (ptrdiff_t i = 0; i < count; i++) {
+    const ptrdiff_t b_at = 5 * i;
+    const S result = FN(values_refine_evolved_point_pairs_2)(ray, row, brackets[b_at], brackets[b_at + 2],
+        brackets[b_at + 1], brackets[b_at + 3], brackets[b_at + 4]);
+    const S root = result;
+    FN(append)(roots, roots_count_, found, root);
+  }
 }
 
 /* Coefficients on both halves of the interval of c; left or right may be c. */
@@ -8916,186 +9418,9 @@ BS_INLINE S FN(values_parted_evolved_point_pairs_2)(const S *ray, const S *row, 
   return result;
 }
 
-/* Keep the root between two places where f has unlike signs, begun with the secant. */
-BS_OUTLINED void FN(append_refined_evolved_point_pairs_2)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
-{
-  const S result = FN(secant)(lo, f_lo, hi, f_hi);
-  const S result1 = FN(values_refine_evolved_point_pairs_2)(ray, row, lo, f_lo, hi, f_hi, result);
-  const S root = result1;
-  FN(append)(roots, roots_count_, found, root);
-}
-
-/* Keep the roots between two places where f has like signs; it is nearest to zero at a known place between. */
-BS_OUTLINED void FN(values_dip_evolved_point_pairs_2)(const S *ray, const S *row, S lo, S f_lo, S middle, S f_middle,
-    S hi, S f_hi, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
-{
-  S a = lo;
-  S fa = f_lo;
-  S b = hi;
-  S fb = f_hi;
-  S x = middle;
-  S fx = f_middle;
-  for (ptrdiff_t __ = 0; __ < 128; __++) {
-    if ((fx < K(0.0)) != (fa < K(0.0))) {
-      break;
-    }
-    const int is_left = x - a > b - x;
-    const S y = x + K(0.3819660112501051) * (is_left ? a - x : b - x);
-    const S result = FN(value_evolved_point_pairs_2)(ray, row, y);
-    const S fy = result;
-    const int is_nearer = (fy < K(0.0)) != (fa < K(0.0)) || ABS(fy) < ABS(fx);
-    if (is_left != is_nearer) {
-      a = !is_left ? x : y;
-      fa = !is_left ? fx : fy;
-    } else {
-      b = is_left ? x : y;
-      fb = is_left ? fx : fy;
-    }
-    x = is_nearer ? y : x;
-    fx = is_nearer ? fy : fx;
-    const S result1 = FN(near)();
-    const S result2 = FN(near)();
-    if (b - a <= result1 * result2) {
-      break;
-    }
-  }
-  const int result3 = FN(touches_evolved_point_pairs_2)(ray, row, x, fx);
-  const int is_touching = result3;
-  if (is_touching) {
-    FN(append)(roots, roots_count_, found, x);
-  } else {
-    if ((fx < K(0.0)) != (fa < K(0.0))) {
-      FN(append_refined_evolved_point_pairs_2)(ray, row, a, fa, x, fx, roots, roots_count_, found);
-      FN(append_refined_evolved_point_pairs_2)(ray, row, x, fx, b, fb, roots, roots_count_, found);
-    }
-  }
-}
-
-/* Keep the roots of f in a wide run, where p does not help: from the sign changes and the dips between probes. */
-BS_OUTLINED void FN(probe_evolved_point_pairs_2)(const S *ray, const S *row, const S run[BS_LENGTH(5)], S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
-{
-  S x0 = run[0];
-  S x1 = run[0];
-  S x2 = run[0];
-  S f0 = run[2];
-  S f1 = run[2];
-  S f2 = run[2];
-  ptrdiff_t zeros = 0;
-  for (ptrdiff_t i = 1; i < 33; i++) {
-    x0 = x1;
-    x1 = x2;
-    f0 = f1;
-    f1 = f2;
-    x2 = run[1];
-    f2 = run[3];
-    if (i < 32) {
-      x2 = run[0] + (run[1] - run[0]) * ((S)(i) / K(32.0));
-      const S result = FN(value_evolved_point_pairs_2)(ray, row, x2);
-      f2 = result;
-    }
-    const int result1 = FN(touches_evolved_point_pairs_2)(ray, row, x2, f2);
-    const int is_zero = result1;
-    zeros = zeros + (is_zero ? 1 : 0);
-    if ((f1 < K(0.0)) != (f2 < K(0.0))) {
-      FN(append_refined_evolved_point_pairs_2)(ray, row, x1, f1, x2, f2, roots, roots_count_, found);
-    } else {
-      if (i > 1 && !((f0 < K(0.0)) != (f1 < K(0.0)))) {
-        const int result2 = FN(dips)(f0, f1, f2);
-        if (result2) {
-          FN(values_dip_evolved_point_pairs_2)(ray, row, x0, f0, x1, f1, x2, f2, roots, roots_count_, found);
-        }
-      }
-    }
-  }
-  if (zeros == 32) {
-    found[1] = 1;
-  }
-}
-
-/* Derivative at the fraction r of the interval, up to a positive factor. */
-BS_INLINE S FN(slope_10)(const S *c, S r)
-{
-  S w[10];
-  for (ptrdiff_t i = 0; i < 10; i++) {
-    w[i] = c[i + 1] - c[i];
-  }
-  for (ptrdiff_t n = 9; n > 0; n--) {
-    for (ptrdiff_t i = 0; i < n; i++) {
-      w[i] = (K(1.0) - r) * w[i] + r * w[i + 1];
-    }
-  }
-  return w[0];
-}
-
-/* Keep the roots of f in a run of noisy pieces, where some roots of p nearly meet; c: its coefficients in all. */
-BS_OUTLINED void FN(values_settle_evolved_point_pairs_2)(const S *ray, const S *row, const S run[BS_LENGTH(5)],
-    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
-{
-  const S width = end - begin;
-  const S lo = (run[0] - begin) / width;
-  const S hi = (run[1] - begin) / width;
-  const S result = FN(widest_run)();
-  if (run[1] - run[0] > result) {
-    FN(probe_evolved_point_pairs_2)(ray, row, run, roots, roots_count_, found);
-    return;
-  }
-  if ((run[2] < K(0.0)) != (run[3] < K(0.0))) {
-    FN(append_refined_evolved_point_pairs_2)(ray, row, run[0], run[2], run[1], run[3], roots, roots_count_, found);
-    return;
-  }
-  const S result1 = FN(slope_10)(c, lo);
-  const S g_lo = result1;
-  const S result2 = FN(slope_10)(c, hi);
-  const S g_hi = result2;
-  S x = ABS(run[2]) < ABS(run[3]) ? run[0] : run[1];
-  if ((g_lo < K(0.0)) != (g_hi < K(0.0))) {
-    x = begin + width * (lo + (hi - lo) * (g_lo / (g_lo - g_hi)));
-  }
-  const S result3 = FN(value_evolved_point_pairs_2)(ray, row, x);
-  const S fx = result3;
-  const int is_crossing = (fx < K(0.0)) != (run[2] < K(0.0));
-  const int result4 = FN(dips)(run[2], fx, run[3]);
-  const int is_dip = result4;
-  const int result5 = FN(touches_evolved_point_pairs_2)(ray, row, x, fx);
-  const int is_touching = result5;
-  if (is_touching) {
-    FN(append)(roots, roots_count_, found, x);
-  } else {
-    if (is_crossing || (x > run[0] && x < run[1] && is_dip)) {
-      FN(values_dip_evolved_point_pairs_2)(ray, row, run[0], run[2], x, fx, run[1], run[3], roots, roots_count_, found);
-    }
-  }
-}
-
-/* Where the polygon of the coefficients first changes sign, as a fraction of its interval: near a root. */
-BS_INLINE S FN(crossing_10)(const S *c)
-{
-  ptrdiff_t i = 0;
-  while (i < 9 && !((c[i] < K(0.0)) != (c[i + 1] < K(0.0)))) {
-    i = i + 1;
-  }
-  const S part = c[i] / (c[i] - c[i + 1]);
-  return ((S)(i) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(10.0);
-}
-
-/* Keep the roots of some brackets. */
-BS_INLINE void FN(values_finish_evolved_point_pairs_2_2x5)(const S *ray, const S *row,
-    const S brackets[BS_LENGTH(10)], ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
-{
-  for (ptrdiff_t i = 0; i < count; i++) {
-    const ptrdiff_t b_at = 5 * i;
-    const S result = FN(values_refine_evolved_point_pairs_2)(ray, row, brackets[b_at], brackets[b_at + 2],
-        brackets[b_at + 1], brackets[b_at + 3], brackets[b_at + 4]);
-    const S root = result;
-    FN(append)(roots, roots_count_, found, root);
-  }
-}
-
 /* Append the roots of f in [begin, end], rising. */
 BS_INLINE void FN(isolate_evolved_point_pairs_2)(const S *ray, const S *row, const S *coefficients, S noise, S begin,
-    S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const ptrdiff_t deepest = K(BS_EPSILON) > K(1e-10) ? 13 : 27;
   const S result = FN(unit_roundoff)();
@@ -9109,34 +9434,42 @@ BS_INLINE void FN(isolate_evolved_point_pairs_2)(const S *ray, const S *row, con
   ptrdiff_t height = 0;
   ptrdiff_t pending = 0;
   int is_running = 0;
+  S whole[11];
+  S piece[5];
   for (ptrdiff_t i = 0; i < 11; i++) {
-    c[i] = coefficients[i];
+    whole[i] = coefficients[i];
   }
-  pieces[0] = begin;
-  pieces[1] = end;
-  pieces[4] = noise;
-  counts[0] = 0;
+  piece[0] = begin;
+  piece[1] = end;
+  piece[4] = noise;
   const S result1 = FN(value_evolved_point_pairs_2)(ray, row, begin > K(0.0) ? begin : -margin);
   const S f_begin = result1;
   const S result2 = FN(value_evolved_point_pairs_2)(ray, row, end < K(1.0) ? end : K(1.0) + margin);
   const S f_end = result2;
-  pieces[2] = f_begin;
-  pieces[3] = f_end;
+  piece[2] = f_begin;
+  piece[3] = f_end;
   ptrdiff_t result3;
   int result4;
-  FN(recount_10)(c, noise, &result3, &result4);
+  FN(recount_10)(whole, noise, &result3, &result4);
   ptrdiff_t count = result3;
   int is_unsure = result4;
   int is_trimmed = 0;
   if (is_unsure) {
-    const int result5 = FN(trim_evolved_point_pairs_2)(ray, row, c, pieces, last, roots, roots_count_, found);
+    const int result5 = FN(trim_evolved_point_pairs_2)(ray, row, whole, piece, last, roots, roots_count_, found);
     is_trimmed = result5;
     ptrdiff_t result6;
     int result7;
-    FN(recount_10)(c, noise, &result6, &result7);
+    FN(recount_10)(whole, noise, &result6, &result7);
     count = result6;
     is_unsure = result7;
   }
+  for (ptrdiff_t k = 0; k < 11; k++) {
+    c[k] = whole[k];
+  }
+  for (ptrdiff_t k1 = 0; k1 < 5; k1++) {
+    pieces[k1] = piece[k1];
+  }
+  counts[0] = 0;
   counts[1] = count;
   counts[2] = is_unsure ? 1 : 0;
   while (height >= 0) {
@@ -9148,79 +9481,92 @@ BS_INLINE void FN(isolate_evolved_point_pairs_2)(const S *ray, const S *row, con
     const int is_unlike = (f_lo < K(0.0)) != (f_hi < K(0.0));
     const ptrdiff_t most = is_unlike ? 2 : 1;
     count = counts[3 * height + 1];
+    S off = pieces[5 * height + 4];
     if ((counts[3 * height + 2] != 0) && (count == -2 || count > most)) {
       const S result8 = FN(pair_polynomial_bound_evolved_point_pairs_2)(ray, row, hi, K(1.0) - lo);
       const S terms = result8;
       const S result9 = FN(unit_roundoff)();
-      pieces[5 * height + 4] = FN(bs_min)(pieces[5 * height + 4], K(288.0) * result9 * terms);
+      off = FN(bs_min)(off, K(288.0) * result9 * terms);
       ptrdiff_t result10;
       int result11;
-      FN(recount_10)(c + 11 * height, pieces[5 * height + 4], &result10, &result11);
+      FN(recount_10)(c + 11 * height, off, &result10, &result11);
       count = result10;
       is_unsure = result11;
     }
     const int is_crowded = count > most;
     const int is_noisy = (count == -2) || (is_crowded && counts[3 * height] == deepest);
-    if (is_crowded && !is_noisy) {
-      FN(halve_10)(c + 11 * upper, c + 11 * height, c + 11 * height);
-      const S middle = K(0.5) * (lo + hi);
-      pieces[5 * upper] = lo;
-      pieces[5 * upper + 2] = f_lo;
-      pieces[5 * upper + 1] = middle;
-      pieces[5 * height] = middle;
-      const S off = pieces[5 * height + 4];
-      pieces[5 * upper + 4] = off;
-      counts[3 * height] = counts[3 * height] + 1;
-      counts[3 * upper] = counts[3 * height];
-      ptrdiff_t result12;
-      int result13;
-      FN(variations_10)(c + 11 * upper, off, &result12, &result13);
-      const ptrdiff_t lower_count = result12;
-      const int is_lower_unsure = result13;
-      ptrdiff_t result14;
-      int result15;
-      FN(variations_10)(c + 11 * height, off, &result14, &result15);
-      const ptrdiff_t upper_count = result14;
-      const int is_upper_unsure = result15;
-      counts[3 * upper + 1] = lower_count;
-      counts[3 * upper + 2] = is_lower_unsure ? 1 : 0;
-      counts[3 * height + 1] = upper_count;
-      counts[3 * height + 2] = is_upper_unsure ? 1 : 0;
-      const S result16 = FN(values_parted_evolved_point_pairs_2)(ray, row, middle, f_lo, lower_count, f_hi, upper_count);
-      const S f = result16;
-      pieces[5 * upper + 3] = f;
-      pieces[5 * height + 2] = f;
-      height = height + (is_running || lower_count != -1 ? 1 : 0);
-      continue;
-    }
-    if (is_running && !is_noisy) {
-      FN(values_settle_evolved_point_pairs_2)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
-      is_running = 0;
-    }
-    if (is_noisy) {
-      if (!is_running) {
-        run[0] = lo;
-        run[2] = f_lo;
+    const int is_halved = is_crowded && !is_noisy;
+    if (count != -3 && !is_halved) {
+      if (is_running && !is_noisy) {
+        FN(settle_evolved_point_pairs_2)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+        is_running = 0;
       }
-      run[1] = hi;
-      run[3] = f_hi;
-      is_running = 1;
-    } else {
-      if (count >= 0 && is_unlike) {
-        const S result17 = FN(crossing_10)(c + 11 * height);
-        const S guess = lo + (hi - lo) * result17;
-        FN(values_begin)(lo, f_lo, hi, f_hi, guess, brackets + 5 * pending);
-        pending = pending + 1;
+      if (is_noisy) {
+        if (!is_running) {
+          run[0] = lo;
+          run[2] = f_lo;
+        }
+        run[1] = hi;
+        run[3] = f_hi;
+        is_running = 1;
+      } else {
+        if (count >= 0 && is_unlike) {
+          const S result12 = FN(crossing_10)(c + 11 * height);
+          const S guess = lo + (hi - lo) * result12;
+          if (pending == 0) {
+            FN(values_begin)(lo, f_lo, hi, f_hi, guess, brackets);
+          } else {
+            FN(values_begin)(lo, f_lo, hi, f_hi, guess, brackets + 5);
+          }
+          pending = pending + 1;
+        }
       }
     }
-    if ((pending == 2) || ((pending > 0) && (is_running || height == 0))) {
+    if (((pending == 2) || (pending > 0 && is_running))) {
       FN(values_finish_evolved_point_pairs_2_2x5)(ray, row, brackets, pending, roots, roots_count_, found);
       pending = 0;
     }
-    height = height - 1;
+    if ((is_halved)) {
+      FN(halve_10)(c + 11 * upper, c + 11 * height, c + 11 * height);
+      const S middle = K(0.5) * (lo + hi);
+      const ptrdiff_t depth = counts[3 * height] + 1;
+      ptrdiff_t result13;
+      int result14;
+      FN(variations_10)(c + 11 * upper, off, &result13, &result14);
+      const ptrdiff_t lower_count = result13;
+      const int is_lower_unsure = result14;
+      ptrdiff_t result15;
+      int result16;
+      FN(variations_10)(c + 11 * height, off, &result15, &result16);
+      const ptrdiff_t upper_count = result15;
+      const int is_upper_unsure = result16;
+      const int is_below = is_halved && (is_running || lower_count != -1);
+      const S result17 = FN(values_parted_evolved_point_pairs_2)(ray, row, middle, f_lo, is_halved ? lower_count : -1,
+          f_hi, upper_count);
+      const S f = result17;
+      pieces[5 * upper] = lo;
+      pieces[5 * upper + 1] = middle;
+      pieces[5 * upper + 2] = f_lo;
+      pieces[5 * upper + 3] = f;
+      pieces[5 * upper + 4] = off;
+      pieces[5 * height] = middle;
+      pieces[5 * height + 2] = f;
+      counts[3 * upper] = depth;
+      counts[3 * height] = depth;
+      counts[3 * upper + 1] = is_below ? lower_count : -3;
+      counts[3 * height + 1] = is_halved ? upper_count : -3;
+      counts[3 * upper + 2] = is_below && is_lower_unsure ? 1 : 0;
+      counts[3 * height + 2] = is_halved && is_upper_unsure ? 1 : 0;
+      height = height + ((is_below) ? 1 : 0);
+    } else {
+      height = height - 1;
+    }
+  }
+  if (pending > 0) {
+    FN(values_finish_evolved_point_pairs_2_2x5)(ray, row, brackets, pending, roots, roots_count_, found);
   }
   if (is_running) {
-    FN(values_settle_evolved_point_pairs_2)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+    FN(settle_evolved_point_pairs_2)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
   }
   if (is_trimmed) {
     FN(append_between_evolved_point_pairs_2)(ray, row, last[0], last[1], last[2], last[3], K(0.5) * (last[0] + last[2]),
@@ -9249,12 +9595,7 @@ BS_INLINE ptrdiff_t FN(pair_isolated_evolved_point_pairs_2)(S *ray, const S *row
     size_e = result2 * size_b;
     size_k = K(0.0);
   } else {
-    for (ptrdiff_t i = 0; i < 8; i++) {
-      ray[8 + i] = ray[i];
-    }
-    for (ptrdiff_t i = 0; i < 5; i++) {
-      ray[24 + i] = row[24 + i];
-    }
+    FN(use_all_evolved_point_pairs_2)(ray, row);
   }
   S c[11];
   FN(cga3d_ribbon_polynomial_2)(c, ray + 8, row + 19, ray + 24);
@@ -9282,7 +9623,7 @@ BS_INLINE ptrdiff_t FN(pair_isolated_evolved_point_pairs_2)(S *ray, const S *row
     ray[16 + i] = ABS(ray[i]) + added;
   }
   S part[11];
-  ptrdiff_t found[2] = {0};
+  ptrdiff_t found[3] = {0};
   for (ptrdiff_t i = 0; i < 4; i++) {
     const S lo = row[11 + 2 * i];
     const S hi = row[11 + 2 * i + 1];
@@ -10051,6 +10392,17 @@ BS_OUTLINED void FN(without_products_evolved_point_pairs_3)(S *ray, S size)
   }
 }
 
+/* Coefficients of p, where E does not vanish: those of f. */
+BS_INLINE void FN(use_all_evolved_point_pairs_3)(S *ray, const S *row)
+{
+  for (ptrdiff_t i = 0; i < 12; i++) {
+    ray[12 + i] = ray[i];
+  }
+  for (ptrdiff_t i = 0; i < 9; i++) {
+    ray[36 + i] = row[26 + i];
+  }
+}
+
 /* Coefficients from the fraction r of the interval to its end. */
 BS_INLINE void FN(cut_below_16)(S *c, S r)
 {
@@ -10325,7 +10677,7 @@ BS_INLINE S FN(values_refine_evolved_point_pairs_3)(const S *ray, const S *row, 
 
 /* Keep the root between two places, if the condition has unlike signs there. */
 BS_OUTLINED void FN(append_between_evolved_point_pairs_3)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S guess, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   if ((f_lo < K(0.0)) != (f_hi < K(0.0))) {
     if (lo < hi) {
@@ -10340,7 +10692,7 @@ BS_OUTLINED void FN(append_between_evolved_point_pairs_3)(const S *ray, const S 
 
 /* Let a piece begin and end where f is certain; whether something is left above: its places and f in ``last``. */
 BS_OUTLINED int FN(trim_evolved_point_pairs_3)(const S *ray, const S *row, S *c, S piece[BS_LENGTH(5)],
-    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S last[BS_LENGTH(4)], S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S width = piece[1] - piece[0];
   int is_certain;
@@ -10398,37 +10750,9 @@ BS_INLINE S FN(pair_polynomial_bound_evolved_point_pairs_3)(const S *ray, const 
   return bound;
 }
 
-/* Coefficients on both halves of the interval of c; left or right may be c. */
-BS_INLINE void FN(halve_16)(S *left, S *right, const S *c)
-{
-  S w[17];
-  for (ptrdiff_t i = 0; i < 17; i++) {
-    w[i] = c[i];
-  }
-  for (ptrdiff_t i = 0; i < 17; i++) {
-    left[i] = w[0];
-    right[16 - i] = w[16 - i];
-    for (ptrdiff_t j = 0; j < 16 - i; j++) {
-      w[j] = K(0.5) * (w[j] + w[j + 1]);
-    }
-  }
-}
-
-/* f where a piece was parted. */
-BS_INLINE S FN(values_parted_evolved_point_pairs_3)(const S *ray, const S *row, S at, S f_lo, ptrdiff_t roots_left,
-    S f_hi, ptrdiff_t roots_right)
-{
-  (void)f_lo;
-  (void)roots_left;
-  (void)f_hi;
-  (void)roots_right;
-  const S result = FN(value_evolved_point_pairs_3)(ray, row, at);
-  return result;
-}
-
 /* Keep the root between two places where f has unlike signs, begun with the secant. */
 BS_OUTLINED void FN(append_refined_evolved_point_pairs_3)(const S *ray, const S *row, S lo, S f_lo, S hi, S f_hi,
-    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S result = FN(secant)(lo, f_lo, hi, f_hi);
   const S result1 = FN(values_refine_evolved_point_pairs_3)(ray, row, lo, f_lo, hi, f_hi, result);
@@ -10438,7 +10762,7 @@ BS_OUTLINED void FN(append_refined_evolved_point_pairs_3)(const S *ray, const S 
 
 /* Keep the roots between two places where f has like signs; it is nearest to zero at a known place between. */
 BS_OUTLINED void FN(values_dip_evolved_point_pairs_3)(const S *ray, const S *row, S lo, S f_lo, S middle, S f_middle,
-    S hi, S f_hi, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S hi, S f_hi, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   S a = lo;
   S fa = f_lo;
@@ -10484,7 +10808,7 @@ BS_OUTLINED void FN(values_dip_evolved_point_pairs_3)(const S *ray, const S *row
 
 /* Keep the roots of f in a wide run, where p does not help: from the sign changes and the dips between probes. */
 BS_OUTLINED void FN(probe_evolved_point_pairs_3)(const S *ray, const S *row, const S run[BS_LENGTH(5)], S *roots,
-    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   S x0 = run[0];
   S x1 = run[0];
@@ -10541,7 +10865,7 @@ BS_INLINE S FN(slope_16)(const S *c, S r)
 
 /* Keep the roots of f in a run of noisy pieces, where some roots of p nearly meet; c: its coefficients in all. */
 BS_OUTLINED void FN(values_settle_evolved_point_pairs_3)(const S *ray, const S *row, const S run[BS_LENGTH(5)],
-    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    const S *c, S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const S width = end - begin;
   const S lo = (run[0] - begin) / width;
@@ -10579,20 +10903,86 @@ BS_OUTLINED void FN(values_settle_evolved_point_pairs_3)(const S *ray, const S *
   }
 }
 
+/* Keep the roots of f in a run of noisy pieces, or leave the whole to another search. */
+BS_INLINE void FN(settle_evolved_point_pairs_3)(const S *ray, const S *row, const S run[BS_LENGTH(5)], const S *c,
+    S begin, S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
+{
+  FN(values_settle_evolved_point_pairs_3)(ray, row, run, c, begin, end, roots, roots_count_, found);
+}
+
 /* Where the polygon of the coefficients first changes sign, as a fraction of its interval: near a root. */
 BS_INLINE S FN(crossing_16)(const S *c)
 {
-  ptrdiff_t i = 0;
-  while (i < 15 && !((c[i] < K(0.0)) != (c[i + 1] < K(0.0)))) {
-    i = i + 1;
-  }
-  const S part = c[i] / (c[i] - c[i + 1]);
-  return ((S)(i) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(16.0);
+  ptrdiff_t at = 15;
+  S first = c[15];
+  S after = c[16];
+  int is_change = (c[14] < K(0.0)) != (c[15] < K(0.0));
+  at = is_change ? 14 : at;
+  first = is_change ? c[14] : first;
+  after = is_change ? c[15] : after;
+  is_change = (c[13] < K(0.0)) != (c[14] < K(0.0));
+  at = is_change ? 13 : at;
+  first = is_change ? c[13] : first;
+  after = is_change ? c[14] : after;
+  is_change = (c[12] < K(0.0)) != (c[13] < K(0.0));
+  at = is_change ? 12 : at;
+  first = is_change ? c[12] : first;
+  after = is_change ? c[13] : after;
+  is_change = (c[11] < K(0.0)) != (c[12] < K(0.0));
+  at = is_change ? 11 : at;
+  first = is_change ? c[11] : first;
+  after = is_change ? c[12] : after;
+  is_change = (c[10] < K(0.0)) != (c[11] < K(0.0));
+  at = is_change ? 10 : at;
+  first = is_change ? c[10] : first;
+  after = is_change ? c[11] : after;
+  is_change = (c[9] < K(0.0)) != (c[10] < K(0.0));
+  at = is_change ? 9 : at;
+  first = is_change ? c[9] : first;
+  after = is_change ? c[10] : after;
+  is_change = (c[8] < K(0.0)) != (c[9] < K(0.0));
+  at = is_change ? 8 : at;
+  first = is_change ? c[8] : first;
+  after = is_change ? c[9] : after;
+  is_change = (c[7] < K(0.0)) != (c[8] < K(0.0));
+  at = is_change ? 7 : at;
+  first = is_change ? c[7] : first;
+  after = is_change ? c[8] : after;
+  is_change = (c[6] < K(0.0)) != (c[7] < K(0.0));
+  at = is_change ? 6 : at;
+  first = is_change ? c[6] : first;
+  after = is_change ? c[7] : after;
+  is_change = (c[5] < K(0.0)) != (c[6] < K(0.0));
+  at = is_change ? 5 : at;
+  first = is_change ? c[5] : first;
+  after = is_change ? c[6] : after;
+  is_change = (c[4] < K(0.0)) != (c[5] < K(0.0));
+  at = is_change ? 4 : at;
+  first = is_change ? c[4] : first;
+  after = is_change ? c[5] : after;
+  is_change = (c[3] < K(0.0)) != (c[4] < K(0.0));
+  at = is_change ? 3 : at;
+  first = is_change ? c[3] : first;
+  after = is_change ? c[4] : after;
+  is_change = (c[2] < K(0.0)) != (c[3] < K(0.0));
+  at = is_change ? 2 : at;
+  first = is_change ? c[2] : first;
+  after = is_change ? c[3] : after;
+  is_change = (c[1] < K(0.0)) != (c[2] < K(0.0));
+  at = is_change ? 1 : at;
+  first = is_change ? c[1] : first;
+  after = is_change ? c[2] : after;
+  is_change = (c[0] < K(0.0)) != (c[1] < K(0.0));
+  at = is_change ? 0 : at;
+  first = is_change ? c[0] : first;
+  after = is_change ? c[1] : after;
+  const S part = first / (first - after);
+  return ((S)(at) + (part > K(0.0) && part < K(1.0) ? part : K(0.5))) / K(16.0);
 }
 
 /* Keep the roots of some brackets. */
 BS_INLINE void FN(values_finish_evolved_point_pairs_3_2x5)(const S *ray, const S *row,
-    const S brackets[BS_LENGTH(10)], ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    const S brackets[BS_LENGTH(10)], ptrdiff_t count, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   for (ptrdiff_t i = 0; i < count; i++) {
     const ptrdiff_t b_at = 5 * i;
@@ -10603,9 +10993,37 @@ BS_INLINE void FN(values_finish_evolved_point_pairs_3_2x5)(const S *ray, const S
   }
 }
 
+/* Coefficients on both halves of the interval of c; left or right may be c. */
+BS_INLINE void FN(halve_16)(S *left, S *right, const S *c)
+{
+  S w[17];
+  for (ptrdiff_t i = 0; i < 17; i++) {
+    w[i] = c[i];
+  }
+  for (ptrdiff_t i = 0; i < 17; i++) {
+    left[i] = w[0];
+    right[16 - i] = w[16 - i];
+    for (ptrdiff_t j = 0; j < 16 - i; j++) {
+      w[j] = K(0.5) * (w[j] + w[j + 1]);
+    }
+  }
+}
+
+/* f where a piece was parted. */
+BS_INLINE S FN(values_parted_evolved_point_pairs_3)(const S *ray, const S *row, S at, S f_lo, ptrdiff_t roots_left,
+    S f_hi, ptrdiff_t roots_right)
+{
+  (void)f_lo;
+  (void)roots_left;
+  (void)f_hi;
+  (void)roots_right;
+  const S result = FN(value_evolved_point_pairs_3)(ray, row, at);
+  return result;
+}
+
 /* Append the roots of f in [begin, end], rising. */
 BS_INLINE void FN(isolate_evolved_point_pairs_3)(const S *ray, const S *row, const S *coefficients, S noise, S begin,
-    S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(2)])
+    S end, S *roots, ptrdiff_t roots_count_, ptrdiff_t found[BS_LENGTH(3)])
 {
   const ptrdiff_t deepest = K(BS_EPSILON) > K(1e-10) ? 13 : 27;
   const S result = FN(unit_roundoff)();
@@ -10619,34 +11037,42 @@ BS_INLINE void FN(isolate_evolved_point_pairs_3)(const S *ray, const S *row, con
   ptrdiff_t height = 0;
   ptrdiff_t pending = 0;
   int is_running = 0;
+  S whole[17];
+  S piece[5];
   for (ptrdiff_t i = 0; i < 17; i++) {
-    c[i] = coefficients[i];
+    whole[i] = coefficients[i];
   }
-  pieces[0] = begin;
-  pieces[1] = end;
-  pieces[4] = noise;
-  counts[0] = 0;
+  piece[0] = begin;
+  piece[1] = end;
+  piece[4] = noise;
   const S result1 = FN(value_evolved_point_pairs_3)(ray, row, begin > K(0.0) ? begin : -margin);
   const S f_begin = result1;
   const S result2 = FN(value_evolved_point_pairs_3)(ray, row, end < K(1.0) ? end : K(1.0) + margin);
   const S f_end = result2;
-  pieces[2] = f_begin;
-  pieces[3] = f_end;
+  piece[2] = f_begin;
+  piece[3] = f_end;
   ptrdiff_t result3;
   int result4;
-  FN(recount_16)(c, noise, &result3, &result4);
+  FN(recount_16)(whole, noise, &result3, &result4);
   ptrdiff_t count = result3;
   int is_unsure = result4;
   int is_trimmed = 0;
   if (is_unsure) {
-    const int result5 = FN(trim_evolved_point_pairs_3)(ray, row, c, pieces, last, roots, roots_count_, found);
+    const int result5 = FN(trim_evolved_point_pairs_3)(ray, row, whole, piece, last, roots, roots_count_, found);
     is_trimmed = result5;
     ptrdiff_t result6;
     int result7;
-    FN(recount_16)(c, noise, &result6, &result7);
+    FN(recount_16)(whole, noise, &result6, &result7);
     count = result6;
     is_unsure = result7;
   }
+  for (ptrdiff_t k = 0; k < 17; k++) {
+    c[k] = whole[k];
+  }
+  for (ptrdiff_t k1 = 0; k1 < 5; k1++) {
+    pieces[k1] = piece[k1];
+  }
+  counts[0] = 0;
   counts[1] = count;
   counts[2] = is_unsure ? 1 : 0;
   while (height >= 0) {
@@ -10658,79 +11084,92 @@ BS_INLINE void FN(isolate_evolved_point_pairs_3)(const S *ray, const S *row, con
     const int is_unlike = (f_lo < K(0.0)) != (f_hi < K(0.0));
     const ptrdiff_t most = is_unlike ? 2 : 1;
     count = counts[3 * height + 1];
+    S off = pieces[5 * height + 4];
     if ((counts[3 * height + 2] != 0) && (count == -2 || count > most)) {
       const S result8 = FN(pair_polynomial_bound_evolved_point_pairs_3)(ray, row, hi, K(1.0) - lo);
       const S terms = result8;
       const S result9 = FN(unit_roundoff)();
-      pieces[5 * height + 4] = FN(bs_min)(pieces[5 * height + 4], K(288.0) * result9 * terms);
+      off = FN(bs_min)(off, K(288.0) * result9 * terms);
       ptrdiff_t result10;
       int result11;
-      FN(recount_16)(c + 17 * height, pieces[5 * height + 4], &result10, &result11);
+      FN(recount_16)(c + 17 * height, off, &result10, &result11);
       count = result10;
       is_unsure = result11;
     }
     const int is_crowded = count > most;
     const int is_noisy = (count == -2) || (is_crowded && counts[3 * height] == deepest);
-    if (is_crowded && !is_noisy) {
-      FN(halve_16)(c + 17 * upper, c + 17 * height, c + 17 * height);
-      const S middle = K(0.5) * (lo + hi);
-      pieces[5 * upper] = lo;
-      pieces[5 * upper + 2] = f_lo;
-      pieces[5 * upper + 1] = middle;
-      pieces[5 * height] = middle;
-      const S off = pieces[5 * height + 4];
-      pieces[5 * upper + 4] = off;
-      counts[3 * height] = counts[3 * height] + 1;
-      counts[3 * upper] = counts[3 * height];
-      ptrdiff_t result12;
-      int result13;
-      FN(variations_16)(c + 17 * upper, off, &result12, &result13);
-      const ptrdiff_t lower_count = result12;
-      const int is_lower_unsure = result13;
-      ptrdiff_t result14;
-      int result15;
-      FN(variations_16)(c + 17 * height, off, &result14, &result15);
-      const ptrdiff_t upper_count = result14;
-      const int is_upper_unsure = result15;
-      counts[3 * upper + 1] = lower_count;
-      counts[3 * upper + 2] = is_lower_unsure ? 1 : 0;
-      counts[3 * height + 1] = upper_count;
-      counts[3 * height + 2] = is_upper_unsure ? 1 : 0;
-      const S result16 = FN(values_parted_evolved_point_pairs_3)(ray, row, middle, f_lo, lower_count, f_hi, upper_count);
-      const S f = result16;
-      pieces[5 * upper + 3] = f;
-      pieces[5 * height + 2] = f;
-      height = height + (is_running || lower_count != -1 ? 1 : 0);
-      continue;
-    }
-    if (is_running && !is_noisy) {
-      FN(values_settle_evolved_point_pairs_3)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
-      is_running = 0;
-    }
-    if (is_noisy) {
-      if (!is_running) {
-        run[0] = lo;
-        run[2] = f_lo;
+    const int is_halved = is_crowded && !is_noisy;
+    if (count != -3 && !is_halved) {
+      if (is_running && !is_noisy) {
+        FN(settle_evolved_point_pairs_3)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+        is_running = 0;
       }
-      run[1] = hi;
-      run[3] = f_hi;
-      is_running = 1;
-    } else {
-      if (count >= 0 && is_unlike) {
-        const S result17 = FN(crossing_16)(c + 17 * height);
-        const S guess = lo + (hi - lo) * result17;
-        FN(values_begin)(lo, f_lo, hi, f_hi, guess, brackets + 5 * pending);
-        pending = pending + 1;
+      if (is_noisy) {
+        if (!is_running) {
+          run[0] = lo;
+          run[2] = f_lo;
+        }
+        run[1] = hi;
+        run[3] = f_hi;
+        is_running = 1;
+      } else {
+        if (count >= 0 && is_unlike) {
+          const S result12 = FN(crossing_16)(c + 17 * height);
+          const S guess = lo + (hi - lo) * result12;
+          if (pending == 0) {
+            FN(values_begin)(lo, f_lo, hi, f_hi, guess, brackets);
+          } else {
+            FN(values_begin)(lo, f_lo, hi, f_hi, guess, brackets + 5);
+          }
+          pending = pending + 1;
+        }
       }
     }
-    if ((pending == 2) || ((pending > 0) && (is_running || height == 0))) {
+    if (((pending == 2) || (pending > 0 && is_running))) {
       FN(values_finish_evolved_point_pairs_3_2x5)(ray, row, brackets, pending, roots, roots_count_, found);
       pending = 0;
     }
-    height = height - 1;
+    if ((is_halved)) {
+      FN(halve_16)(c + 17 * upper, c + 17 * height, c + 17 * height);
+      const S middle = K(0.5) * (lo + hi);
+      const ptrdiff_t depth = counts[3 * height] + 1;
+      ptrdiff_t result13;
+      int result14;
+      FN(variations_16)(c + 17 * upper, off, &result13, &result14);
+      const ptrdiff_t lower_count = result13;
+      const int is_lower_unsure = result14;
+      ptrdiff_t result15;
+      int result16;
+      FN(variations_16)(c + 17 * height, off, &result15, &result16);
+      const ptrdiff_t upper_count = result15;
+      const int is_upper_unsure = result16;
+      const int is_below = is_halved && (is_running || lower_count != -1);
+      const S result17 = FN(values_parted_evolved_point_pairs_3)(ray, row, middle, f_lo, is_halved ? lower_count : -1,
+          f_hi, upper_count);
+      const S f = result17;
+      pieces[5 * upper] = lo;
+      pieces[5 * upper + 1] = middle;
+      pieces[5 * upper + 2] = f_lo;
+      pieces[5 * upper + 3] = f;
+      pieces[5 * upper + 4] = off;
+      pieces[5 * height] = middle;
+      pieces[5 * height + 2] = f;
+      counts[3 * upper] = depth;
+      counts[3 * height] = depth;
+      counts[3 * upper + 1] = is_below ? lower_count : -3;
+      counts[3 * height + 1] = is_halved ? upper_count : -3;
+      counts[3 * upper + 2] = is_below && is_lower_unsure ? 1 : 0;
+      counts[3 * height + 2] = is_halved && is_upper_unsure ? 1 : 0;
+      height = height + ((is_below) ? 1 : 0);
+    } else {
+      height = height - 1;
+    }
+  }
+  if (pending > 0) {
+    FN(values_finish_evolved_point_pairs_3_2x5)(ray, row, brackets, pending, roots, roots_count_, found);
   }
   if (is_running) {
-    FN(values_settle_evolved_point_pairs_3)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
+    FN(settle_evolved_point_pairs_3)(ray, row, run, coefficients, begin, end, roots, roots_count_, found);
   }
   if (is_trimmed) {
     FN(append_between_evolved_point_pairs_3)(ray, row, last[0], last[1], last[2], last[3], K(0.5) * (last[0] + last[2]),
@@ -10759,12 +11198,7 @@ BS_INLINE ptrdiff_t FN(pair_isolated_evolved_point_pairs_3)(S *ray, const S *row
     size_e = result2 * size_b;
     size_k = K(0.0);
   } else {
-    for (ptrdiff_t i = 0; i < 12; i++) {
-      ray[12 + i] = ray[i];
-    }
-    for (ptrdiff_t i = 0; i < 9; i++) {
-      ray[36 + i] = row[26 + i];
-    }
+    FN(use_all_evolved_point_pairs_3)(ray, row);
   }
   S c[17];
   FN(cga3d_ribbon_polynomial_3)(c, ray + 12, row + 19, ray + 36);
@@ -10792,7 +11226,7 @@ BS_INLINE ptrdiff_t FN(pair_isolated_evolved_point_pairs_3)(S *ray, const S *row
     ray[24 + i] = ABS(ray[i]) + added;
   }
   S part[17];
-  ptrdiff_t found[2] = {0};
+  ptrdiff_t found[3] = {0};
   for (ptrdiff_t i = 0; i < 4; i++) {
     const S lo = row[11 + 2 * i];
     const S hi = row[11 + 2 * i + 1];

@@ -22,6 +22,7 @@ from ...ir.loops.language import (
     Reals,
     Static,
     Vector,
+    any_item,
     empty,
     epsilon,
     int_empty,
@@ -29,6 +30,7 @@ from ...ir.loops.language import (
 from .pieces import crossing, cut_above, cut_below, halve, recount, variations
 from .problem import (
     BETWEEN,
+    DEFERRED,
     F_HI,
     F_LO,
     FOUND,
@@ -47,6 +49,8 @@ from .problem import (
 #: Pieces that wait, and what is counted of each: its halvings, its roots at most, whether coefficients are unsure.
 STACK = 28
 DEPTH, ROOTS, UNSURE = range(3)
+#: In place of a number of roots, of several items at once: others have this piece, and this one has not.
+ELSEWHERE = -3
 
 
 @algorithm
@@ -107,11 +111,26 @@ def trim(
 
 
 @inlined
+def settle(
+    problem: Static, ray: Reals, row: Reals, run: Vector[PIECE], c: Reals, begin: Real, end: Real,
+    roots: InOut[Reals], found: InOut[IntVector[FOUND]],
+) -> None:  # fmt: skip
+    """Keep the roots of f in a run of noisy pieces, or leave the whole to another search."""
+    if problem.defers:
+        found[DEFERRED] = 1
+    else:
+        problem.steps.settle(problem, ray, row, run, c, begin, end, roots, found)
+
+
+@inlined
 def isolate(
     problem: Static, ray: Reals, row: Reals, coefficients: Reals, noise: Real, begin: Real, end: Real,
     roots: InOut[Reals], found: InOut[IntVector[FOUND]],
 ) -> None:  # fmt: skip
     """Append the roots of f in [begin, end], rising.
+
+    Several items at once halve the same pieces, and one that has done with a piece waits for the others: so all share
+    the place where pieces wait, and rows of coefficients are vectors.
 
     ``coefficients``: p's Bernstein coefficients there, with errors up to ``noise``.
     """
@@ -127,21 +146,29 @@ def isolate(
     height = 0
     pending = 0
     is_running = False
+    whole = empty(degree + 1)
+    piece = empty(PIECE)
     for i in range(degree + 1):
-        c[0, i] = coefficients[i]
-    pieces[0, LO] = begin
-    pieces[0, HI] = end
-    pieces[0, OFF] = noise
-    counts[0, DEPTH] = 0
+        whole[i] = coefficients[i]
+    piece[LO] = begin
+    piece[HI] = end
+    piece[OFF] = noise
     f_begin = value(problem, ray, row, begin if begin > 0.0 else -margin)
     f_end = value(problem, ray, row, end if end < 1.0 else 1.0 + margin)
-    pieces[0, F_LO] = f_begin
-    pieces[0, F_HI] = f_end
-    count, is_unsure = recount(degree, c[0], noise)
+    piece[F_LO] = f_begin
+    piece[F_HI] = f_end
+    count, is_unsure = recount(degree, whole, noise)
     is_trimmed = False
-    if is_unsure:
-        is_trimmed = trim(problem, ray, row, c[0], pieces[0], last, roots, found)
-        count, is_unsure = recount(degree, c[0], noise)
+    if problem.defers:
+        if is_unsure:
+            found[DEFERRED] = 1
+            count = ELSEWHERE
+    elif is_unsure:
+        is_trimmed = trim(problem, ray, row, whole, piece, last, roots, found)
+        count, is_unsure = recount(degree, whole, noise)
+    c[0] = whole
+    pieces[0] = piece
+    counts[0, DEPTH] = 0
     counts[0, ROOTS] = count
     counts[0, UNSURE] = 1 if is_unsure else 0
     while height >= 0:
@@ -153,53 +180,70 @@ def isolate(
         is_unlike = (f_lo < 0.0) ^ (f_hi < 0.0)
         most = 2 if is_unlike else 1
         count = counts[height, ROOTS]
+        off = pieces[height, OFF]
         if counts[height, UNSURE] != 0 and (count == -2 or count > most):
-            terms = problem.noise(problem, ray, row, hi, 1.0 - lo)
-            pieces[height, OFF] = min(pieces[height, OFF], NOISE * unit_roundoff() * terms)
-            count, is_unsure = recount(degree, c[height], pieces[height, OFF])
+            if problem.defers:
+                found[DEFERRED] = 1
+                count = ELSEWHERE
+            else:
+                terms = problem.noise(problem, ray, row, hi, 1.0 - lo)
+                off = min(off, NOISE * unit_roundoff() * terms)
+                count, is_unsure = recount(degree, c[height], off)
         is_crowded = count > most
         is_noisy = count == -2 or (is_crowded and counts[height, DEPTH] == deepest)
-        if is_crowded and not is_noisy:
-            halve(degree, c[upper], c[height], c[height])
-            middle = 0.5 * (lo + hi)
-            pieces[upper, LO] = lo
-            pieces[upper, F_LO] = f_lo
-            pieces[upper, HI] = middle
-            pieces[height, LO] = middle
-            off = pieces[height, OFF]
-            pieces[upper, OFF] = off
-            counts[height, DEPTH] += 1
-            counts[upper, DEPTH] = counts[height, DEPTH]
-            lower_count, is_lower_unsure = variations(degree, c[upper], off)
-            upper_count, is_upper_unsure = variations(degree, c[height], off)
-            counts[upper, ROOTS] = lower_count
-            counts[upper, UNSURE] = 1 if is_lower_unsure else 0
-            counts[height, ROOTS] = upper_count
-            counts[height, UNSURE] = 1 if is_upper_unsure else 0
-            f = problem.steps.parted(problem, ray, row, middle, f_lo, lower_count, f_hi, upper_count)
-            pieces[upper, F_HI] = f
-            pieces[height, F_LO] = f
-            height += 1 if is_running or lower_count != -1 else 0
-            continue
-        if is_running and not is_noisy:
-            problem.steps.settle(problem, ray, row, run, coefficients, begin, end, roots, found)
-            is_running = False
-        if is_noisy:
-            if not is_running:
-                run[LO] = lo
-                run[F_LO] = f_lo
-            run[HI] = hi
-            run[F_HI] = f_hi
-            is_running = True
-        elif count >= 0 and is_unlike:
-            guess = lo + (hi - lo) * crossing(degree, c[height])
-            problem.steps.begin(lo, f_lo, hi, f_hi, guess, brackets[pending])
-            pending += 1
-        if pending == 2 or (pending > 0 and (is_running or height == 0)):
+        is_halved = is_crowded and not is_noisy
+        if count != ELSEWHERE and not is_halved:
+            if is_running and not is_noisy:
+                settle(problem, ray, row, run, coefficients, begin, end, roots, found)
+                is_running = False
+            if is_noisy:
+                if not is_running:
+                    run[LO] = lo
+                    run[F_LO] = f_lo
+                run[HI] = hi
+                run[F_HI] = f_hi
+                is_running = True
+            elif count >= 0 and is_unlike:
+                guess = lo + (hi - lo) * crossing(degree, c[height])
+                if pending == 0:
+                    problem.steps.begin(lo, f_lo, hi, f_hi, guess, brackets[0])
+                else:
+                    problem.steps.begin(lo, f_lo, hi, f_hi, guess, brackets[1])
+                pending += 1
+        if any_item(pending == 2 or (pending > 0 and is_running)):
             problem.steps.finish(problem, ray, row, brackets, pending, roots, found)
             pending = 0
-        height -= 1
+        if any_item(is_halved):
+            halve(degree, c[upper], c[height], c[height])
+            middle = 0.5 * (lo + hi)
+            depth = counts[height, DEPTH] + 1
+            lower_count, is_lower_unsure = variations(degree, c[upper], off)
+            upper_count, is_upper_unsure = variations(degree, c[height], off)
+            is_below = is_halved and (is_running or lower_count != -1)
+            f = problem.steps.parted(
+                problem, ray, row, middle, f_lo, lower_count if is_halved else -1, f_hi, upper_count
+            )  # fmt: skip
+            pieces[upper, LO] = lo
+            pieces[upper, HI] = middle
+            pieces[upper, F_LO] = f_lo
+            pieces[upper, F_HI] = f
+            pieces[upper, OFF] = off
+            pieces[height, LO] = middle
+            pieces[height, F_LO] = f
+            counts[upper, DEPTH] = depth
+            counts[height, DEPTH] = depth
+            counts[upper, ROOTS] = lower_count if is_below else ELSEWHERE
+            counts[height, ROOTS] = upper_count if is_halved else ELSEWHERE
+            counts[upper, UNSURE] = 1 if is_below and is_lower_unsure else 0
+            counts[height, UNSURE] = 1 if is_halved and is_upper_unsure else 0
+            height += 1 if any_item(is_below) else 0
+        else:
+            height -= 1
+    if pending > 0:
+        problem.steps.finish(problem, ray, row, brackets, pending, roots, found)
     if is_running:
-        problem.steps.settle(problem, ray, row, run, coefficients, begin, end, roots, found)
+        settle(problem, ray, row, run, coefficients, begin, end, roots, found)
+    if problem.defers:
+        return
     if is_trimmed:
         append_between(problem, ray, row, last[0], last[1], last[2], last[3], 0.5 * (last[0] + last[2]), roots, found)

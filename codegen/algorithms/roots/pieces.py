@@ -85,11 +85,16 @@ def recount(degree: Static, c: Reals, noise: Real) -> tuple[Int, Bool]:
 @inlined
 def crossing(degree: Static, c: Reals) -> Real:
     """Where the polygon of the coefficients first changes sign, as a fraction of its interval: near a root."""
-    i = 0
-    while i < degree - 1 and not (c[i] < 0.0) ^ (c[i + 1] < 0.0):
-        i += 1
-    part = c[i] / (c[i] - c[i + 1])
-    return (float(i) + (part if part > 0.0 and part < 1.0 else 0.5)) / float(degree)
+    at = degree - 1
+    first = c[degree - 1]
+    after = c[degree]
+    for i in unrolled(degree - 2, -1, -1):
+        is_change = (c[i] < 0.0) ^ (c[i + 1] < 0.0)
+        at = i if is_change else at
+        first = c[i] if is_change else first
+        after = c[i + 1] if is_change else after
+    part = first / (first - after)
+    return (float(at) + (part if part > 0.0 and part < 1.0 else 0.5)) / float(degree)
 
 
 @inlined

@@ -44,6 +44,9 @@ class Problem(NamedTuple):
         Sum of the absolute values of the terms of f at a: its rounding error is relative to it.
     noise : algorithm
         Sum of the absolute values of p's terms at a and b; it rises in both, and b need not be 1 - a.
+    defers : bool
+        Whether cases that are rare are left to another search, which looks at one item alone: text of several items at
+        once has none of what they take.
     """
 
     label: str
@@ -54,6 +57,7 @@ class Problem(NamedTuple):
     rate: Any
     bound: Any
     noise: Any
+    defers: bool = False
 
 
 #: In unit roundoffs: errors of p's coefficients relative to the caller's bound, some ten when they are made and as many
@@ -70,9 +74,10 @@ PROBES = 32
 #: Numbers of a piece or a run of pieces: its ends, f there, what its coefficients may be off by.
 LO, HI, F_LO, F_HI, OFF = range(5)
 PIECE = 5
-#: Places of what a search tells: how many roots it found, and whether f is zero to rounding in a wide run.
-COUNT, VANISHES = range(2)
-FOUND = 2
+#: Places of what a search tells: how many roots it found, whether f is zero to rounding in a wide run, and whether it
+#: defers to another, so that nothing else of it counts.
+COUNT, VANISHES, DEFERRED = range(3)
+FOUND = 3
 
 #: Between the unit roundoffs of float32 and of float64.
 BETWEEN = 1e-10

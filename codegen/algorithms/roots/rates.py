@@ -188,7 +188,7 @@ def rates_finish(
 ) -> None:  # fmt: skip
     """Keep the roots of one or two brackets. In turns: they do not wait for one another."""
     done = int_empty(2)
-    done[0] = 0
+    done[0] = 1 if count < 1 else 0
     done[1] = 1 if count < 2 else 0
     while done[0] + done[1] < 2:
         for i in range(count):

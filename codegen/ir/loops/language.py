@@ -144,6 +144,15 @@ def largest() -> Any:
     return _numbers.get().mpf(np.finfo(np.float64).max) if _is_precise() else np.finfo(_numbers.get()).max
 
 
+def any_item(holds: Any) -> Any:
+    """Whether a condition holds for any of several items that are computed at once: of a single one, whether it holds.
+
+    All items share what it gives, and what is decided by it alone: they take the same path, and keep what lies beside
+    it, where they need not. No bit of a result may depend on it.
+    """
+    return holds
+
+
 def _function(name: str) -> Any:
     home = np if name == "sqrt" else elementary
 
@@ -170,6 +179,7 @@ FUNCTIONS: dict[Any, tuple[str, tuple[Scalar, ...], Scalar]] = {
     **{f: (f.__name__, (REAL, REAL), REAL) for f in (machine.change_sign, machine.copy_sign)},
     machine.is_odd: ("is_odd", (REAL,), BOOL), machine.any_of: ("any_of", (BOOL,), BOOL),
     machine.bits: ("bits", (REAL,), INT),
+    any_item: ("any", (BOOL,), BOOL),
     machine.real: ("real", (INT,), REAL), machine.square_root: ("sqrt", (REAL,), REAL),
 }  # fmt: skip
 #: Functions that make arrays: what of, and whether it is zero.

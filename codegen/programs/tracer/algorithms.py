@@ -24,7 +24,7 @@ _SOURCES = (
     "programs/tracer/algorithms.py",
     *(
         f"programs/tracer/{name}.py"
-        for name in ("lines", "picture", "plain_surfaces", "surfaces/functions", "tree_building", "triangles")
+        for name in ("lines", "picture", "plain_surfaces", "surfaces/functions", "tree/tree_building", "triangles")
     ),
     "specs/cga3d.toml",
 )
@@ -62,7 +62,7 @@ def shared_functions() -> list[Function]:
 def _c_texts(wanted: SceneNeeds) -> dict[str, str]:
     from ...targets.c.loops import c_functions
     from .hits import begin_search, load_ray
-    from .tree_building import build_tree
+    from .tree.tree_building import build_tree
 
     first = shared_functions()
     functions = _functions(wanted, is_c=True)
@@ -78,7 +78,7 @@ def _c_texts(wanted: SceneNeeds) -> dict[str, str]:
 def _numba_texts(wanted: SceneNeeds) -> tuple[str, str]:
     from ..algorithms import numba_text
     from ..stock import entries
-    from .tree_building import build_tree
+    from .tree.tree_building import build_tree
 
     functions = _functions(wanted, is_c=False)
     named = {n: functions[n] for n in ("prepare_rows", "first_hits", "all_hits", "render") if n in functions}

@@ -9,7 +9,7 @@ from ...status import Status
 from .hits import CONSTANTS_OF, ROWS_OF, SINGLE, begin_search, is_within, length, load_ray, search_status
 from .records import GATHERED, HIT, PIECE, RAY, SCENE, SEARCH, STATE, TRAVERSAL
 from .search import SearchAlgorithms, SurfaceAlgorithms, store_none
-from .tree_search import PROGRESS, begin_tree, next_in_tree
+from .tree.tree_search import PROGRESS, begin_tree, next_in_tree
 
 #: Where a row says where its piece begins on the curve, and then how long it is there.
 ROW_START = PIECE.offsets["start"]

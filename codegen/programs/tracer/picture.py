@@ -28,7 +28,7 @@ from .hits import BOXES_OF, IDS_OF, SINGLE, TABLE_SIZE, TABLES, begin_search, di
 from .kernels import camera_direction, camera_position, light_terms, reflected_direction
 from .records import CAMERA, HIT, LIGHT, MATERIAL, PICTURE, RAY, SCENE, SEARCH, SKY, STATE
 from .search import SearchAlgorithms
-from .tree_search import REACH
+from .tree.tree_search import REACH
 
 #: What a camera sees is at least so far away, in units of the numbers that the point was made of: one that stands on a
 #: surface looks through it. In single precision, where a camera may be near the ground of a large scene, and in double.

@@ -42,7 +42,7 @@ from .hits import (
 )
 from .kernels import box_ray, box_span, facing
 from .records import HIT, RAY, SCENE, SEARCH, STATE, TRAVERSAL
-from .tree_search import PROGRESS, REACH, begin_tree, next_in_tree
+from .tree.tree_search import PROGRESS, REACH, begin_tree, next_in_tree
 
 
 @inlined

@@ -45,6 +45,7 @@ _FUNCTIONS = {
     "sqrt": "SQRT", "abs": "ABS", "sin": "SIN", "cos": "COS", "exp": "EXP", "log": "LOG", "atan2": "ATAN2",
     "min": "FN(bs_min)", "max": "FN(bs_max)", "imin": "bs_min", "imax": "bs_max", "iabs": "bs_magnitude",
     "real": "(S)", "int": "(ptrdiff_t)", "//": "bs_quotient", "%": "bs_remainder",
+    "any": "",
 }  # fmt: skip
 ELEMENTARY = frozenset(("sin", "cos", "exp", "log", "atan2"))
 _INDENT, _LINE = "  ", 118

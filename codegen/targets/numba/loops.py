@@ -44,7 +44,7 @@ from .printer import wrap
 _FUNCTIONS = {
     "sqrt": "np.sqrt", "abs": "abs", "min": "min_", "max": "max_", "imin": "min_", "imax": "max_", "iabs": "abs",
     "real": "float", "int": "int", "sin": "sin", "cos": "cos", "exp": "exp", "log": "log", "atan2": "atan2",
-    "//": "quotient_",
+    "//": "quotient_", "any": "",
 }  # fmt: skip
 _ELEMENTARY = frozenset(("sin", "cos", "exp", "log", "atan2"))
 _INDENT = "    "

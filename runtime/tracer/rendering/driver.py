@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.execute.result_memory import STORE
 from ...codegen.programs.tracer.records import PICTURE
 from ...codegen.programs.tracer.surface_kinds import METHODS
 from ...common import parallel
 from .engines import RAYS_PER_CHUNK, Engine, Rays
 from .scene_arrays import scene_arrays
+from .several_rays import MANY_RAYS, are_in_order, several_rays_of
 from .surface_tables import SurfaceTables
 
 Array = NDArray[Any]
@@ -42,12 +44,13 @@ class BoundScene:
         method: str = "isolate",
         samples: int = 64,
     ) -> None:
-        self.engine, self.dtype = engine, np.dtype(dtype)
+        self.engine, self.dtype, self.method = engine, np.dtype(dtype), method
         pictures = {"materials": materials, "lights": lights, "camera": camera, "sky": sky}
         lamps = 0 if lights is None else len(lights)
         settings = {"lights": lamps, "depth": depth, "grid": grid, "method": METHODS[method], "samples": samples}
         tree = rows.tree(engine) if engine.needs.tree else None
         arrays = scene_arrays(engine.needs.kinds, rows, tree, self.dtype, pictures, settings, engine.is_c)
+        self._arrays = arrays
         self._scene = engine.scene(*arrays)
 
     def _rays(self, origins: Array, directions: Array) -> tuple[Rays, tuple[int, ...]]:
@@ -79,9 +82,30 @@ class BoundScene:
     def first(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
         """First hits of rays: t, point, normal, alpha, surface, status."""
         rays, lead = self._rays(origins, directions)
+        n = math.prod(lead)
+        is_worth = n >= MANY_RAYS and self._may_meet_several and are_in_order(rays, n)
+        several = several_rays_of(self.engine.needs, n) if is_worth else None
+        if several is None:
+            return self._first_of_each(rays, lead, threads)
+        results = {**self._floats(lead), **self._codes(lead)}
+        left = several.run(*self._arrays, rays, n, results, threads)
+        if len(left):
+            pairs = (rays.origins, rays.origin_stride), (rays.directions, rays.direction_stride)
+            starts, towards = (a.reshape(-1, 3)[left] if stride else a for a, stride in pairs)
+            some, shape = self._rays(starts, np.broadcast_to(towards, (len(left), 3)))
+            for name, found in self._first_of_each(some, shape, threads).items():
+                whole = results[name]
+                whole.reshape(n, *whole.shape[len(lead) :])[left] = found
+        return results
+
+    def _first_of_each(self, rays: Rays, lead: tuple[int, ...], threads: int | None) -> dict[str, Array]:
         results = {**self._floats(lead), **self._codes(lead)}
         self._run("first", rays, math.prod(lead), results, 1, threads)
         return results
+
+    @property
+    def _may_meet_several(self) -> bool:
+        return self.engine.is_c and self.engine.grain == 1 and self.dtype == np.float64 and self.method == "isolate"
 
     def nearest(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
         """First hits of packets of rays, reduced to t, surface and status: the same bits as `first`.
@@ -141,8 +165,12 @@ class BoundScene:
         return {"row" if name == "surface" else name: array for name, array in results.items()}
 
     def _floats(self, lead: tuple[int, ...]) -> dict[str, Array]:
-        shapes = {"t": lead, "alpha": lead, "point": (*lead, 3), "normal": (*lead, 3)}
-        return {name: np.empty(shape, self.dtype) for name, shape in shapes.items()}
+        """Arrays for results, on one block of memory, so that large ones use that of earlier calls again."""
+        rows = {"t": lead, "alpha": lead, "point": (*lead, 3), "normal": (*lead, 3)}
+        ends = np.cumsum([math.prod(shape) for shape in rows.values()])
+        memory = STORE.empty((int(ends[-1]),), self.dtype)
+        parts = np.split(memory, ends[:-1])
+        return {name: part.reshape(shape) for (name, shape), part in zip(rows.items(), parts, strict=True)}
 
     def painter(
         self, width: int, height: int, arrays: Mapping[str, Array], first: int = 0

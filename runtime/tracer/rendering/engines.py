@@ -83,7 +83,7 @@ class Engine(ABC):
 
     @abstractmethod
     def build_tree(self, boxes: Array, numbers: Array, nodes: Array, parts: Array) -> int:
-        """Build the tree over boxes; see `codegen.programs.tracer.tree_building.build_tree`."""
+        """Build the tree over boxes; see `codegen.programs.tracer.tree.tree_building.build_tree`."""
 
     def prepare(self, kind: str, parameters: Array) -> Array:
         """Compute rows of constants (n, constants) from rows of surfaces' parameters (n, parameters)."""

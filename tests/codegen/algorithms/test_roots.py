@@ -12,7 +12,7 @@ import pytest
 from bladesmith.codegen import algorithm
 from bladesmith.codegen.algorithms.roots.companion import polynomial_roots
 from bladesmith.codegen.algorithms.roots.isolate import isolate
-from bladesmith.codegen.algorithms.roots.problem import COUNT, NOISE, VANISHES, Problem, unit_roundoff
+from bladesmith.codegen.algorithms.roots.problem import COUNT, FOUND, NOISE, VANISHES, Problem, unit_roundoff
 from bladesmith.codegen.algorithms.roots.rates import BY_RATES
 from bladesmith.codegen.algorithms.roots.values import BY_VALUES
 from bladesmith.codegen.build import extension
@@ -69,7 +69,7 @@ def bernstein_rate(problem: Static, ray: Reals, row: Reals, a: Real, b: Real, f_
 @algorithm
 def roots_of(problem: Static, c: Reals, roots: InOut[Reals]) -> tuple[Int, Int]:
     """Roots on [0, 1] of a polynomial from its coefficients, how many, and whether it vanishes in part."""
-    found = int_zeros(2)
+    found = int_zeros(FOUND)
     size = 0.0
     for i in range(problem.degree + 1):
         size = max(size, abs(c[i]))

@@ -22,6 +22,7 @@ from ....ir.loops.language import (
     largest,
     zeros,
 )
+from ....status import Status
 from ..hits import AXES
 from ..records import GIVEN, HIT, RAY, SEARCH, STATE
 from .circle_roots import isolated
@@ -237,6 +238,8 @@ def hits(
             slanted_hit(
                 finder, at, place[0], origin, moved, row, ray, known, known_count, search, hits, state, integers
             )
+        elif finder.problem.defers:
+            state.status = Status.INVALID
         else:
             flat_hits(
                 finder, i, roots, count, origin, moved, row, ray, known, known_count, search, hits, state, integers

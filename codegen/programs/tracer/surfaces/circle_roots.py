@@ -27,6 +27,7 @@ from ....algorithms.roots.problem import (
     unit_roundoff,
     value,
 )  # fmt: skip
+from ....algorithms.roots.problem import DEFERRED as DEFERS
 from ....algorithms.roots.problem import VANISHES as FLAT
 from ....algorithms.roots.rates import BY_RATES
 from ....ir.loops.algorithm import Algorithm as algorithm
@@ -46,7 +47,7 @@ from ....ir.loops.language import (
 )  # fmt: skip
 from ..records import SPANS
 from .rows import CircleRows
-from .spans import INVALID, VANISHES, add_end, has_root_at, is_real
+from .spans import DEFERRED, INVALID, VANISHES, add_end, has_root_at, is_real
 
 #: Q of circles on a common sphere was made of up to that many roundings of the products of controls.
 COSPHERICAL = 32.0
@@ -139,16 +140,17 @@ def shared_bound(problem: Static, ray: Reals, row: Reals, t: Real, rest: Real) -
 
 
 @cache
-def circle_finder(rows: CircleRows, roots: int) -> CircleFinder:
-    """The finder of a kind of surface; ``roots``: the degree of its polynomial."""
+def circle_finder(rows: CircleRows, roots: int, defers: bool = False) -> CircleFinder:
+    """The finder of a kind of surface; ``roots``: the degree of its polynomial; ``defers``: see `Problem`."""
     name, degree = rows.label, rows.printed // 12
     declare: Any = inlined if degree == 1 else algorithm  # a short kernel is repeated where it is called
     problem = Problem(
-        name, roots, BY_RATES, rows, declare(condition), declare(condition_rate), condition_bound, polynomial_bound
-    )
+        name, roots, BY_RATES, rows, declare(condition), declare(condition_rate), condition_bound, polynomial_bound,
+        defers,
+    )  # fmt: skip
     shared = Problem(
         f"{name}_shared", 2 * degree, BY_RATES, rows, shared_condition, shared_rate, shared_condition_bound,
-        shared_bound,
+        shared_bound, defers,
     )  # fmt: skip
     return CircleFinder(name, rows, problem, shared)
 
@@ -199,6 +201,9 @@ def isolated_shared(finder: Static, ray: InOut[Reals], row: Reals, roots: InOut[
         cut_above(degree, part, hi)
         cut_below(degree, part, lo / hi)
         isolate(problem, ray, row, part, noise, lo, hi, roots, found)
+    if problem.defers:
+        is_at_end = abs(c[0]) <= noise or abs(c[degree]) <= noise
+        return DEFERRED if is_at_end or found[DEFERS] != 0 else found[COUNT]
     if found[FLAT] != 0:
         return VANISHES
     for end in (0, 1):
@@ -244,6 +249,9 @@ def isolated(finder: Static, ray: InOut[Reals], row: Reals, reach: Real, roots: 
         if lo > 0.0:
             cut_below(degree, part, lo / hi)
         isolate(problem, ray, row, part, noise, lo, hi, roots, found)
+    if problem.defers:
+        is_at_end = abs(c[0]) <= noise or abs(c[degree]) <= noise
+        return DEFERRED if is_at_end or found[DEFERS] != 0 else found[COUNT]
     if found[FLAT] != 0:
         return VANISHES
     for end in (0, 1):

@@ -51,15 +51,15 @@ def _prepare(parameters: Reals, row: InOut[Reals]) -> None:
     """What `prepare` of a kind takes."""
 
 
-def curve_algorithms(kind: SurfaceKind, methods: Sequence[str]) -> CurveAlgorithms:
-    """The algorithms of a kind, for some ways to find roots."""
+def curve_algorithms(kind: SurfaceKind, methods: Sequence[str], defers: bool = False) -> CurveAlgorithms:
+    """The algorithms of a kind, for some ways to find roots; ``defers``: rays of rare cases are `Status.INVALID`."""
     from . import circle_points, circle_roots, pair_points, pair_roots
 
     assert kind.rows is not None
     texts, finder = (
-        (circle_points, circle_roots.circle_finder(kind.rows, kind.roots))
+        (circle_points, circle_roots.circle_finder(kind.rows, kind.roots, defers))
         if isinstance(kind.rows, CircleRows)
-        else (pair_points, pair_roots.pair_finder(kind.rows, kind.roots))
+        else (pair_points, pair_roots.pair_finder(kind.rows, kind.roots, defers))
     )
     by_method = {method: Bound(texts.hits, finder, method) for method in methods}
     return CurveAlgorithms(Bound(texts.prepare, finder), Bound(texts.normal, finder), by_method)

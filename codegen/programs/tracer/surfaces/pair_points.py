@@ -178,7 +178,12 @@ def hits(
     )
     count = find_roots(finder, method, meets, noise, row, ray, state, roots)
     state.status = status_of(count)
-    if count == VANISHES:
+    if finder.problem.defers:
+        for end in range(2):
+            is_touched = ends_at_zero(finder, meets, row, noise, end)
+            if is_touched:
+                state.status = Status.INVALID
+    elif count == VANISHES:
         has_point = has_common_point(finder, origin, moved, row, ray, search, hits, state, integers)
         if has_point:
             state.status = Status.OK
@@ -186,10 +191,15 @@ def hits(
         b = roots[i]
         place, position, sine_square = rows.point(origin, ray.direction, norm, kappa, 1.0 - b, b, controls, products)
         if not (sine_square > FLAT):
-            near_hit(finder, place[0], b, origin, moved, row, ray, known, in_ray, counts, search, hits, state, integers)
+            if finder.problem.defers:
+                state.status = Status.INVALID
+            else:
+                near_hit(
+                    finder, place[0], b, origin, moved, row, ray, known, in_ray, counts, search, hits, state, integers
+                )
         elif is_on_segment(place[1], place[2], place[0], ray.direction):
             offer_at(place[0] + moved, b, position, row[:PIECE_SIZE], search, hits, state, integers)
-    if method == "isolate":  # noqa: SIM102
+    if method == "isolate" and not finder.problem.defers:  # noqa: SIM102
         if count >= 0:
             end_hits(
                 finder, meets, noise, roots, count, origin, moved, row, ray, known, in_ray, counts, search, hits,

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from ....algorithms.roots.isolate import isolate
 from ....algorithms.roots.pieces import cut_above, cut_below
 from ....algorithms.roots.problem import COUNT, FOUND, MARGIN, NOISE, Problem, unit_roundoff
+from ....algorithms.roots.problem import DEFERRED as DEFERS
 from ....algorithms.roots.problem import VANISHES as FLAT
 from ....algorithms.roots.values import BY_VALUES
 from ....ir.loops.algorithm import Algorithm as algorithm
@@ -32,7 +33,7 @@ from ....ir.loops.language import (
 )  # fmt: skip
 from ..records import SPANS
 from .rows import PairRows
-from .spans import INVALID, VANISHES, is_real
+from .spans import DEFERRED, INVALID, VANISHES, is_real
 
 #: Of what rounding may leave of a meet at the most, the fraction that is taken for likely where f touches zero, over
 #: `TOUCH`.
@@ -80,11 +81,12 @@ def pair_polynomial_bound(problem: Static, ray: Reals, row: Reals, t: Real, rest
 
 
 @cache
-def pair_finder(rows: PairRows, roots: int) -> PairFinder:
-    """The finder of a kind of surface; ``roots``: the degree of its polynomial."""
+def pair_finder(rows: PairRows, roots: int, defers: bool = False) -> PairFinder:
+    """The finder of a kind of surface; ``roots``: the degree of its polynomial; ``defers``: see `Problem`."""
     problem = Problem(
-        rows.label, roots, BY_VALUES, rows, pair_condition, None, pair_condition_bound, pair_polynomial_bound
-    )
+        rows.label, roots, BY_VALUES, rows, pair_condition, None, pair_condition_bound, pair_polynomial_bound,
+        defers,
+    )  # fmt: skip
     return PairFinder(rows.label, rows, problem)
 
 
@@ -149,6 +151,15 @@ def without_products(rows: Static, ray: InOut[Reals], size: Real) -> None:
 
 
 @inlined
+def use_all(rows: Static, ray: InOut[Reals], row: Reals) -> None:
+    """Coefficients of p, where E does not vanish: those of f."""
+    for i in range(rows.meets.end):
+        ray[rows.other.begin + i] = ray[i]
+    for i in range(rows.kappa.end - rows.kappa.begin):
+        ray[rows.other_kappa.begin + i] = row[rows.kappa.begin + i]
+
+
+@inlined
 def ends_at_zero(finder: Static, ray: Reals, row: Reals, noise: Vector[2], end: Int) -> Bool:
     """Whether f is zero to rounding at an end of the curve, where it need not change its sign.
 
@@ -177,7 +188,11 @@ def pair_isolated(finder: Static, ray: InOut[Reals], row: Reals, noise: Vector[2
     size_k = row[rows.sizes.begin + 1]
     if size_b - size_b != 0.0 or size_e - size_e != 0.0:
         return INVALID
-    if size_e == 0.0:
+    if problem.defers:
+        if size_e == 0.0:
+            return DEFERRED
+        use_all(rows, ray, row)
+    elif size_e == 0.0:
         if size_b == 0.0:
             return VANISHES
         if rows.closed_alpha is not None and size_k == 0.0:
@@ -186,10 +201,7 @@ def pair_isolated(finder: Static, ray: InOut[Reals], row: Reals, noise: Vector[2
         size_e = unit_roundoff() * size_b
         size_k = 0.0
     else:
-        for i in range(rows.meets.end):
-            ray[rows.other.begin + i] = ray[i]
-        for i in range(rows.kappa.end - rows.kappa.begin):
-            ray[rows.other_kappa.begin + i] = row[rows.kappa.begin + i]
+        use_all(rows, ray, row)
     c = rows.polynomial(
         ray[rows.other.begin : rows.other.end], row[rows.norm.begin : rows.norm.end],
         ray[rows.other_kappa.begin : rows.other_kappa.end],
@@ -224,5 +236,7 @@ def pair_isolated(finder: Static, ray: InOut[Reals], row: Reals, noise: Vector[2
         if hi < 1.0:
             cut_above(degree, part, (hi - lo) / (1.0 - lo))
         isolate(problem, ray, row, part, off, lo, hi, roots, found)
+    if problem.defers:
+        return DEFERRED if found[DEFERS] != 0 else found[COUNT]
     count = VANISHES if found[FLAT] != 0 else found[COUNT]
     return count

@@ -8,8 +8,9 @@ from ....ir.loops.algorithm import inlined
 from ....ir.loops.language import Bool, InOut, Int, IntVector, Real, Reals, Vector
 from ..records import SPANS
 
-#: What finders return in place of a number of roots: the condition is zero everywhere; something is not finite.
-VANISHES, INVALID = -1, -2
+#: What finders return in place of a number of roots: the condition is zero everywhere; something is not finite; another
+#: search is to find them.
+VANISHES, INVALID, DEFERRED = -1, -2, -3
 #: In square roots of the unit roundoff: how far a root may be off an end and still be that of the end.
 BESIDE = 64.0
 

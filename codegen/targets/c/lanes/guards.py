@@ -115,6 +115,8 @@ class Guards:
                     but_not(mask, decides), no, lambda value: Assign(found, Select(decides, found, value, type))
                 )
                 return found
+            case Intrinsic("any", (condition,), _):
+                return any_of(both(mask, self.mask_expression(condition, mask)))
             case Intrinsic(_, arguments, _):
                 return replace(expression, arguments=tuple(self.mask_expression(a, mask) for a in arguments))
             case _:

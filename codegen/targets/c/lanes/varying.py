@@ -6,7 +6,8 @@ that some items leave before others.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from typing import NamedTuple
 
 from ....errors import AlgorithmError
 from ....ir.loops.nodes import (
@@ -27,6 +28,23 @@ from ....ir.loops.nodes import (
 from ....ir.loops.types import REAL
 from ...loops import in_calling_order
 from .paths import OUTSIDE, Path, Paths, argument_varies, is_wide_call, outputs, shared_results, varies
+
+
+class Needs(NamedTuple):
+    """Whether a function has to know which items are meant: always, or where others keep what is in these arrays."""
+
+    always: bool
+    kept: frozenset[str] = frozenset()
+
+    def at(self, call: Call, own: Collection[str]) -> bool:
+        """Whether it has to in a call by items that alone know some arrays."""
+        assert isinstance(call.callee, Function)
+        given = zip(call.callee.parameters, call.arguments, strict=True)
+        apart = {p.name for p, a in given if isinstance(a, View) and a.array.name not in own}
+        return self.always or bool(self.kept & apart)
+
+
+ALWAYS = Needs(True)
 
 
 class Lanes:
@@ -146,10 +164,10 @@ class Lanes:
     # -- who is told which items are meant -----------------------------------------------------------------------------
 
     def _masked(self) -> set[Function]:
-        needing: set[Function] = set()
+        needing: dict[Function, Needs] = {}
         for function in self.functions:  # callees first
-            if function in self.wide and self._needs_mask(function, needing):
-                needing.add(function)
+            if function in self.wide:
+                needing[function] = self._needs(function, needing)
         masked: set[Function] = set()
         for function in reversed(self.functions):
             if function not in self.wide:
@@ -157,28 +175,31 @@ class Lanes:
             paths = self.paths[function]
             some = function in masked or paths.has_divergent_return
             for s, path, _ in paths.statements():
-                if isinstance(s, Call) and isinstance(s.callee, Function) and s.callee in needing and (some or path):
-                    masked.update([s.callee] if is_wide_call(self.names[function], s) else [])
+                if not (isinstance(s, Call) and isinstance(s.callee, Function) and (some or path)):
+                    continue
+                own = {name for name, home in paths.homes.items() if home == path}
+                if is_wide_call(self.names[function], s) and needing[s.callee].at(s, own):
+                    masked.add(s.callee)
         return masked
 
-    def _needs_mask(self, function: Function, needing: set[Function]) -> bool:
+    def _needs(self, function: Function, needing: Mapping[Function, Needs]) -> Needs:
         names, paths = self.names[function], self.paths[function]
+        changed: set[str] = set()
         for statement in function.walk():
             match statement:
                 case For() | While() if id(statement) in paths.divergent:
-                    return True
-                case Store(array, _, _) if paths.homes[array.name] == OUTSIDE:
-                    return True
+                    return ALWAYS
+                case Store(array, _, _):
+                    changed.add(array.name)
                 case Call(callee, _, _):
-                    if callee in needing and is_wide_call(names, statement):
-                        return True
-                    if any(paths.homes[a.array.name] == OUTSIDE for a in outputs(statement)):
-                        return True
+                    if isinstance(callee, Function) and is_wide_call(names, statement) and needing[callee].always:
+                        return ALWAYS
+                    changed.update(a.array.name for a in outputs(statement))
                     if any(isinstance(a, View) and varies(names, a.offset) for a in statement.arguments):
-                        return True
+                        return ALWAYS
             found = (p for e in expressions(statement) for p in parts(e))
             if any(isinstance(p, Load) and varies(names, p.index) for p in found):
-                return True
+                return ALWAYS
             if isinstance(statement, Store) and varies(names, statement.index):
-                return True
-        return False
+                return ALWAYS
+        return Needs(False, frozenset(n for n in changed if paths.homes[n] == OUTSIDE))

@@ -142,7 +142,7 @@ BS_INLINE int FN(tree_ray)(bs_box_ray *box_ray, const bs_tree *tree, const S *re
   return 1;
 }
 
-/* Begin with the root; see codegen/programs/tracer/tree_search.py. */
+/* Begin with the root; see codegen/programs/tracer/tree/tree_search.py. */
 BS_INLINE void FN(traversal_begin)(
     bs_traversal *traversal, const ptrdiff_t *layout, const S *reals, const S *ray, const S *search, ptrdiff_t *state)
 {

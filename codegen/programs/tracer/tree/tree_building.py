@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...ir.loops.algorithm import Algorithm as algorithm
-from ...ir.loops.algorithm import inlined
-from ...ir.loops.language import (
+from ....ir.loops.algorithm import Algorithm as algorithm
+from ....ir.loops.algorithm import inlined
+from ....ir.loops.language import (
     INFINITY,
     Bool,
     InOut,
@@ -26,8 +26,8 @@ from ...ir.loops.language import (
     empty,
     int_empty,
 )  # fmt: skip
-from ...ir.loops.records import record
-from .records import LEVELS, NO_PART, PARTS
+from ....ir.loops.records import record
+from ..records import LEVELS, NO_PART, PARTS
 
 #: Places along an axis where items may be parted.
 BINS = 16

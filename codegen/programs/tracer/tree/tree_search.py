@@ -7,11 +7,11 @@ four boxes at once with numbers of 32 bits: it may enter a box more or less.
 
 from __future__ import annotations
 
-from ...ir.loops.algorithm import Algorithm as algorithm
-from ...ir.loops.algorithm import in_library
-from ...ir.loops.language import InOut, Int, Ints, IntVector, Out, Reals, Vector, empty
-from .kernels import box_ray, box_span
-from .records import BOUNDS, NO_PART, PARTS, RAY, SCENE, SEARCH, STATE, TRAVERSAL, WAITING_NODES
+from ....ir.loops.algorithm import Algorithm as algorithm
+from ....ir.loops.algorithm import in_library
+from ....ir.loops.language import InOut, Int, Ints, IntVector, Out, Reals, Vector, empty
+from ..kernels import box_ray, box_span
+from ..records import BOUNDS, NO_PART, PARTS, RAY, SCENE, SEARCH, STATE, TRAVERSAL, WAITING_NODES
 
 #: What is kept of a ray, real: the origins that near and far sides are seen from, one over the direction, and where the
 #: boxes that wait begin; integers: how many wait, and which parts they are.
