@@ -104,16 +104,13 @@ void bs_run_pairs(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdif
   }
 }
 
-static void bs_nearest_double(bs_batch batch, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t m, int64_t *index,
+/* The rows of b as lanes: few rows of a. */
+static void bs_nearest_of_double(bs_batch batch, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t m, int64_t *index,
     double *least, const char *a, ptrdiff_t row_a, const char *b, ptrdiff_t row_b)
 {
   const ptrdiff_t strides[2] = {0, 1};
   double values[BS_TILE];
   void *const out = values;
-  for (ptrdiff_t i = begin; i < end; i++) {
-    index[i] = -1;
-    least[i] = HUGE_VAL;
-  }
   for (ptrdiff_t first = 0; first < m; first += BS_TILE) {
     const ptrdiff_t count = m - first > BS_TILE ? BS_TILE : m - first;
     for (ptrdiff_t i = begin; i < end; i++) {
@@ -129,16 +126,46 @@ static void bs_nearest_double(bs_batch batch, ptrdiff_t begin, ptrdiff_t end, pt
   }
 }
 
-static void bs_nearest_float(bs_batch batch, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t m, int64_t *index,
+/* The rows of a as lanes, one row of b after the other. */
+static void bs_nearest_to_double(bs_batch batch, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t m, int64_t *index,
+    double *least, const char *a, ptrdiff_t row_a, const char *b, ptrdiff_t row_b)
+{
+  const ptrdiff_t strides[2] = {1, 0};
+  double values[BS_TILE];
+  void *const out = values;
+  for (ptrdiff_t first = begin; first < end; first += BS_TILE) {
+    const ptrdiff_t count = end - first > BS_TILE ? BS_TILE : end - first;
+    for (ptrdiff_t j = 0; j < m; j++) {
+      const void *const ins[2] = {&a[first * row_a], &b[j * row_b]};
+      batch(0, count, &out, ins, strides);
+      for (ptrdiff_t i = 0; i < count; i++) {
+        const int is_less = values[i] < least[first + i];
+        least[first + i] = is_less ? values[i] : least[first + i];
+        index[first + i] = is_less ? j : index[first + i];
+      }
+    }
+  }
+}
+
+static void bs_nearest_double(bs_batch batch, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t m, int64_t *index,
+    double *least, const char *a, ptrdiff_t row_a, const char *b, ptrdiff_t row_b)
+{
+  for (ptrdiff_t i = begin; i < end; i++) {
+    index[i] = -1;
+    least[i] = HUGE_VAL;
+  }
+  const ptrdiff_t rows = end - begin;
+  (rows < m ? bs_nearest_of_double : bs_nearest_to_double)(
+      batch, begin, end, m, index, least, a, row_a, b, row_b);
+}
+
+/* The rows of b as lanes: few rows of a. */
+static void bs_nearest_of_float(bs_batch batch, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t m, int64_t *index,
     float *least, const char *a, ptrdiff_t row_a, const char *b, ptrdiff_t row_b)
 {
   const ptrdiff_t strides[2] = {0, 1};
   float values[BS_TILE];
   void *const out = values;
-  for (ptrdiff_t i = begin; i < end; i++) {
-    index[i] = -1;
-    least[i] = HUGE_VALF;
-  }
   for (ptrdiff_t first = 0; first < m; first += BS_TILE) {
     const ptrdiff_t count = m - first > BS_TILE ? BS_TILE : m - first;
     for (ptrdiff_t i = begin; i < end; i++) {
@@ -152,6 +179,39 @@ static void bs_nearest_float(bs_batch batch, ptrdiff_t begin, ptrdiff_t end, ptr
       }
     }
   }
+}
+
+/* The rows of a as lanes, one row of b after the other. */
+static void bs_nearest_to_float(bs_batch batch, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t m, int64_t *index,
+    float *least, const char *a, ptrdiff_t row_a, const char *b, ptrdiff_t row_b)
+{
+  const ptrdiff_t strides[2] = {1, 0};
+  float values[BS_TILE];
+  void *const out = values;
+  for (ptrdiff_t first = begin; first < end; first += BS_TILE) {
+    const ptrdiff_t count = end - first > BS_TILE ? BS_TILE : end - first;
+    for (ptrdiff_t j = 0; j < m; j++) {
+      const void *const ins[2] = {&a[first * row_a], &b[j * row_b]};
+      batch(0, count, &out, ins, strides);
+      for (ptrdiff_t i = 0; i < count; i++) {
+        const int is_less = values[i] < least[first + i];
+        least[first + i] = is_less ? values[i] : least[first + i];
+        index[first + i] = is_less ? j : index[first + i];
+      }
+    }
+  }
+}
+
+static void bs_nearest_float(bs_batch batch, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t m, int64_t *index,
+    float *least, const char *a, ptrdiff_t row_a, const char *b, ptrdiff_t row_b)
+{
+  for (ptrdiff_t i = begin; i < end; i++) {
+    index[i] = -1;
+    least[i] = HUGE_VALF;
+  }
+  const ptrdiff_t rows = end - begin;
+  (rows < m ? bs_nearest_of_float : bs_nearest_to_float)(
+      batch, begin, end, m, index, least, a, row_a, b, row_b);
 }
 
 /* For rows [begin, end) of a, the row of b with the least value of a kernel of two operands and one number, and that
