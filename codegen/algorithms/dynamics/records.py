@@ -62,6 +62,11 @@ Iteration: Any = record(
     last_step=Real, last_change=Real, worse=Real,
 )  # fmt: skip
 
+#: Integers of the work that all simulations of a program's call share, and none changes; see `WorkRecords`.
+CONSTANTS = (
+    "project", "handle", "stride", "spring_offset", "springs", "couplings", "constraints", "loads", "stages",
+    "all_stages", "dense_rows", "method_order",
+)  # fmt: skip
 #: Stages of an implicit method, at most.
 MOST_STAGES = 7
 #: Fraction of a constraint, by energy, that must be independent of the others; below it, it is redundant.
@@ -250,19 +255,7 @@ def work_records(parts: Parts) -> WorkRecords:
     rows = weighted_rows(parts.rows, parts.size) if parts.layouts else None
     shapes: dict[str, tuple[int, ...]] = {"tolerance": (), "baumgarte": (), "pace": (), "off": (), "independent": ()}
     shapes |= {"longest_step": (), "rtol": (), "atol": ()}
-    places: tuple[str, ...] = ("count", "known_rank", "off_row", "blurred", "project", "held", "left", "item", "handle")
-    places += (
-        "stride",
-        "spring_offset",
-        "springs",
-        "couplings",
-        "constraints",
-        "loads",
-        "stages",
-        "all_stages",
-        "dense_rows",
-        "method_order",
-    )
+    places = ("count", "known_rank", "off_row", "blurred", "held", "left", "item", *CONSTANTS)
     integers: dict[str, tuple[int, ...]] = dict.fromkeys(places, ())
     if parts.blurs:
         shapes["blur"] = (parts.bodies,)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 
+from ...algorithms.dynamics.records import CONSTANTS, work_records
 from ...build import text_cache
 from ...build.cpu_features import best_instances
 from ...targets.c.source import ExtensionSource
@@ -12,8 +13,8 @@ from .. import extension_of
 from ..algorithms import algorithm_files
 from .config import DynamicsConfig
 
-#: Methods that gain. Series have vectors of their own, and a program of implicit steps compiles longer than it saves.
-METHODS = ("chart", "rk4", "cf4", "midpoint", "composition", "adaptive")
+#: Methods that gain. A program of implicit steps compiles longer than it saves.
+METHODS = ("chart", "rk4", "cf4", "midpoint", "composition", "adaptive", "taylor")
 #: What each simulation has of its own, beside what the algorithm changes.
 OWN = ("numbers", "bodies")
 
@@ -21,9 +22,10 @@ OWN = ("numbers", "bodies")
 def is_wide(needs: DynamicsConfig) -> bool:
     """Whether batches of simulations run several at once, where the processor has wide vectors.
 
-    Not with constraints: how many equations hold differs between simulations, and with it the path.
+    Not with constraints, unless they are pins that leave a group of motions: how many equations hold differs between
+    simulations, and with it the path.
     """
-    return needs.mode == "free" and needs.method in METHODS and not needs.callbacks and not needs.tangents
+    return needs.mode in ("free", "subspace") and needs.method in METHODS and not needs.callbacks and not needs.tangents
 
 
 def wide_run(needs: DynamicsConfig) -> tuple[ExtensionSource, str] | None:
@@ -39,11 +41,13 @@ def wide_run(needs: DynamicsConfig) -> tuple[ExtensionSource, str] | None:
         return None
 
     def make() -> str:
-        from .dynamics import simulation_algorithms_of
+        from .dynamics import simulation_algorithms_of, simulation_parts
 
-        run = simulation_algorithms_of(needs).entries.run.instance()
+        run = simulation_algorithms_of(needs, of_items=True).entries.run.instance()
         shared = [p.name for p in run.parameters if p.access == "in" and p.name not in OWN]
-        return json.dumps(algorithm_files(run, (instance,), shared))
+        integers = work_records(simulation_parts(needs)).integers
+        still = {"p": [integers.offsets[name] for name in CONSTANTS]}
+        return json.dumps(algorithm_files(run, (instance,), shared, still))
 
     sources = ("programs/dynamics/wide.py", "../templates/c/programs/algorithm.c.j2", f"specs/{needs.algebra}.toml")
     key = hashlib.sha256(repr(needs).encode()).hexdigest()

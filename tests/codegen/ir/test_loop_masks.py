@@ -11,6 +11,7 @@ from bladesmith import cga3d as cga
 from bladesmith import codegen
 from bladesmith.codegen import algorithm
 from bladesmith.codegen.build import extension
+from bladesmith.codegen.errors import AlgorithmError
 from bladesmith.codegen.language import (
     Bool,
     Bytes,
@@ -25,6 +26,7 @@ from bladesmith.codegen.language import (
     sqrt,
     zeros,
 )  # fmt: skip
+from bladesmith.codegen.targets.c.lanes.varying import Lanes
 
 from ...support.targets.lanes import TAGS, by_lanes
 
@@ -191,3 +193,36 @@ def test_lanes_have_the_bits_of_single_items(name: str) -> None:
             if b.dtype.kind == "f":
                 known = ~np.isnan(b)
                 np.testing.assert_array_equal(np.signbit(own[known]), np.signbit(b[known]), err_msg=tag)
+
+
+@algorithm
+def grow(p: IntVector[3], x: InOut[Vector[2]]) -> None:
+    """A number of steps that is behind another number."""
+    for _ in range(p[1]):
+        x[0] = x[0] * 1.5 + 0.1
+
+
+@algorithm
+def grow_all(p: InOut[IntVector[4]], x: InOut[Vector[2]]) -> None:
+    """The same of a part, and a number that changes."""
+    for _ in range(p[2]):
+        grow(p[1:4], x)
+        p[0] += 1
+
+
+def test_elements_that_items_share_part_none() -> None:
+    root = grow_all.instance()
+    assert any(paths.divergent for paths in Lanes(root, ()).paths.values())
+    assert not any(paths.divergent for paths in Lanes(root, (), {"p": [2]}).paths.values())
+    with pytest.raises(AlgorithmError, match="grow_all changes an element of p that items share"):
+        Lanes(root, (), {"p": [0, 2]})
+
+
+def test_elements_that_items_share_leave_the_bits() -> None:
+    rng = np.random.default_rng(4)
+    p, x = rng.integers(0, 9, (ITEMS, 4)), rng.normal(size=(ITEMS, 2))
+    p[:, 2] = 3
+    expected = grow_all(p, x)
+    for tag in TAGS:
+        for a, b in zip(by_lanes(grow_all, (p, x), ITEMS, tag, (), {"p": [2]}), expected, strict=True):
+            np.testing.assert_array_equal(a, b, err_msg=tag)

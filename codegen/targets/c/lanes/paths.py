@@ -10,6 +10,7 @@ from ....ir.loops.nodes import (
     Binary,
     Break,
     Call,
+    Constant,
     Continue,
     Expression,
     For,
@@ -39,11 +40,18 @@ Loops = tuple[tuple[Statement, Path], ...]
 OUTSIDE: Path = (-1,)
 
 
+def element(array: str, place: int) -> str:
+    """Among names of what differs: an element, of an array that differs, which all items share."""
+    return f"{array}[{place}]"
+
+
 def varies(names: Collection[str], expression: Expression) -> bool:
     """Whether a number differs between items, where numbers and arrays of these names do."""
     match expression:
         case Variable(name, _):
             return name in names
+        case Load(array, Constant(place)) if element(array.name, int(place)) in names:
+            return False
         case Load(array, index):
             return array.name in names or varies(names, index)
         case Unary(_, operand, _):
