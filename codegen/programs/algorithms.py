@@ -115,7 +115,7 @@ def algorithm_extension(
         Parameters that all items share. Where they are named, several items are computed at once, as many as a vector
         of the instance has lanes; default: one.
     still : mapping of str to collection of int, optional
-        Elements that all items share of other parameters, which nothing changes.
+        Elements that all items share of other parameters, which nothing changes: whole fields of records.
 
     Raises
     ------

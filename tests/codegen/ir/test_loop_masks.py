@@ -67,6 +67,24 @@ def two(x: Real, k: Int) -> tuple[Real, Int]:
 
 
 @algorithm
+def one_name(k: Int, n: Int, x: InOut[Vector[9]]) -> Real:
+    """A number that differs, and loops that do not, by one name."""
+    total = 0.0
+    for m in range(2):
+        i = k - m
+        x[max(i, 0)] += 1.0
+    for i in range(n):
+        total += x[i] * float(i)
+    for i in range(9):
+        if x[i] > 1.0:
+            break
+        total -= x[i]
+    for i in range(n - 1, k, -1):
+        total += x[i]
+    return total
+
+
+@algorithm
 def nest(x: InOut[Vector[3]], k: Int, flag: Bool) -> tuple[Real, Bool]:
     """Loops in loops, jumps out of each, and calls under masks."""
     a, n = two(x[0], k)
@@ -164,6 +182,7 @@ def cases() -> dict[str, tuple[Any, tuple[Any, ...], tuple[str, ...]]]:
     some = np.abs(rng.normal(size=(ITEMS, 5)))
     some[::3, 2], some[::5, 1] = 0.0, -1.0
     counts, places = rng.integers(0, 9, ITEMS), np.tile(np.array([-5, 3, 9, 0]), (ITEMS, 1))
+    some_nine = rng.normal(size=(ITEMS, 9))
     return {
         "returns": (void_returns, (x, k), ()), "returns, from one place": (void_returns, (x, np.array(4)), ("k",)),
         "two results": (two, (x[:, 0], k), ()),
@@ -177,6 +196,8 @@ def cases() -> dict[str, tuple[Any, tuple[Any, ...], tuple[str, ...]]]:
         "guarded": (guard, (some, counts, places), ()),
         "guarded, one row": (guard, (some[0], counts, places[0]), ("x", "t")),
         "guarded, one count": (guard, (some, np.array(3), places), ("n",)),
+        "one name": (one_name, (counts % 9, np.array(7), some_nine), ("n",)),
+        "one name, parted": (one_name, (counts % 9, counts, some_nine), ()),
         "sorting": (sort_of, (rng.normal(size=(ITEMS, 6)),), ()),
     }  # fmt: skip
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import bladesmith as bs
-from bladesmith import dynamics
+from bladesmith import dynamics, kinematics
 from bladesmith.codegen.build import extension
 from bladesmith.codegen.build.cpu_features import has_wide_vectors
 from bladesmith.codegen.programs.dynamics import wide
@@ -29,11 +29,15 @@ CASES = [
     ("midpoint", (GRAVITY,), 2), ("strang", (), 1), ("yoshida6", (GRAVITY,), 1), ("adaptive", LOADED, 1),
     ("adaptive", BETWEEN, 2), ("taylor", (), 1), ("taylor", LOADED, 1), ("taylor", BETWEEN, 2),
 ]  # fmt: skip
-#: Pins that leave a body a group of motions: turns about a point, about an axis, motions in a plane.
+#: Pins that leave a body a group of motions: turns about a point, and about an axis.
 POINTS = ((0.1, -0.2, 0.3), (0.4, 0.1, -0.2))
 PINNED = [
-    ("rk4", (GRAVITY,), 1), ("rk4", LOADED, 2), ("rkmk4", LOADED, 1), ("adaptive", LOADED, 2),
-    ("taylor", (GRAVITY,), 1), ("taylor", LOADED, 2), ("strang", (GRAVITY,), 1),
+    ("rk4", LOADED, 2), ("adaptive", LOADED, 1), ("taylor", (GRAVITY,), 1), ("taylor", LOADED, 2),
+]  # fmt: skip
+#: The same by multipliers, and two bodies on hinges.
+CONSTRAINED = [
+    ("rk4", LOADED, 1, "projection"), ("rk4", (GRAVITY,), 1, "baumgarte"), ("adaptive", LOADED, 1, "projection"),
+    ("taylor", (GRAVITY,), 1, "projection"), ("rkmk4", BETWEEN, 2, "projection"),
 ]  # fmt: skip
 
 
@@ -95,6 +99,22 @@ def test_pinned_bodies_of_a_batch_have_the_bits_of_single_ones(case: Any, algebr
 
 
 @pytest.mark.compiles
+@pytest.mark.parametrize("case", CONSTRAINED, ids=lambda c: f"{c[0]}-{len(c[1])}-{c[2]}-{c[3]}")
+def test_constraints_of_a_batch_have_the_bits_of_single_ones(case: Any, monkeypatch: Any) -> None:
+    integrator, loads, count, how = case
+    options: dict[str, Any] = {"integrator": integrator, "stabilization": how}
+    if count == 1:
+        pin = dynamics.Pin(bs.cga3d.point(POINTS[0]))
+        simulation = dynamics.Simulation(bodies(bs.cga3d, 1), list(loads), [pin], **options)
+    else:
+        circles = [bs.cga3d.circle(x, axis, 1.0) for x, axis in zip(POINTS, ((0, 1, 0), (0.6, 0, 0.8)), strict=True)]
+        ends = zip(("base", "body0"), ("body0", "body1"), circles, strict=True)
+        system = dynamics.System(bodies(bs.cga3d, 2).bodies, [kinematics.Revolute(*each) for each in ends])
+        simulation = dynamics.Simulation(system, list(loads), coordinates="maximal", **options)
+    assert_the_bits_of_single_ones(simulation, monkeypatch, project=True)
+
+
+@pytest.mark.compiles
 @pytest.mark.parametrize("integrator", ["adaptive", "taylor"])
 def test_a_simulation_that_fails_leaves_the_others_as_they_are(integrator: str, monkeypatch: Any) -> None:
     rng = np.random.default_rng(6)
@@ -122,5 +142,5 @@ def test_large_results_run_one_by_one() -> None:
 
 def test_what_runs_several_at_once() -> None:
     assert wide.is_wide(DynamicsConfig(method="rk4"))
-    for changed in ({"mode": "constrained"}, {"callbacks": True}, {"tangents": 2}, {"method": "implicit"}):
+    for changed in ({"callbacks": True}, {"tangents": 2}, {"method": "implicit"}):
         assert not wide.is_wide(DynamicsConfig(**{"method": "rk4", **changed}))

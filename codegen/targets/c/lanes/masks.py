@@ -210,11 +210,11 @@ class _Masker(CallMasker):
         """The loop that all items run; its body begins with who has left."""
         variable, step = statement.variable, statement.step
         start, stop = self.expression(statement.start), self.expression(statement.stop)
-        if not varies(self.names, start) and not varies(self.names, stop):
+        if variable.name not in self.names and not varies(self.names, stop):
             return For(variable, start, stop, step, ())
         end = self.guards.named("last", stop)
         repeated = For(variable, start, integer(_ENDLESS if step > 0 else -_ENDLESS), step, ())
-        if varies(self.names, start):
+        if variable.name in self.names:  # it differs here, or where another number has the name
             first, count = self.guards.named("first", start), self.guards.fresh("step", INT, is_shared=True)
             repeated = For(count, integer(0), integer(_ENDLESS), 1, ())
             body.append(Assign(variable, Binary("+", first, Binary("*", integer(step), count, INT), INT)))
@@ -226,8 +226,12 @@ class _Masker(CallMasker):
         self.loops.append(ParallelLoop(None, len(self.regions)))
         if isinstance(statement, For):
             start, stop = self.expression(statement.start), self.expression(statement.stop)
-            body = self._inner(statement.body, {*known, statement.variable.name})
-            self.out.append(For(statement.variable, start, stop, statement.step, body))
+            variable = statement.variable
+            body = self._inner(statement.body, {*known, variable.name})
+            if variable.name in self.names:  # where another number has the name
+                count = self.guards.fresh("step", INT, is_shared=True)
+                variable, body = count, (Assign(variable, count), *body)
+            self.out.append(For(variable, start, stop, statement.step, body))
         else:
             self.out.append(While(statement.condition, self._inner(statement.body, known)))
         self.loops.pop()

@@ -41,7 +41,7 @@ OUTSIDE: Path = (-1,)
 
 
 def element(array: str, place: int) -> str:
-    """Among names of what differs: an element, of an array that differs, which all items share."""
+    """Among names of what differs: an element, of an array that differs, which all items share as they do its field."""
     return f"{array}[{place}]"
 
 
@@ -50,10 +50,9 @@ def varies(names: Collection[str], expression: Expression) -> bool:
     match expression:
         case Variable(name, _):
             return name in names
-        case Load(array, Constant(place)) if element(array.name, int(place)) in names:
-            return False
         case Load(array, index):
-            return array.name in names or varies(names, index)
+            differs = array.name in names and element(array.name, _first(index)) not in names
+            return differs or varies(names, index)
         case Unary(_, operand, _):
             return varies(names, operand)
         case Binary(_, left, right, _):
@@ -64,6 +63,17 @@ def varies(names: Collection[str], expression: Expression) -> bool:
             return name != "any" and any(varies(names, a) for a in arguments)
         case _:
             return False
+
+
+def _first(index: Expression) -> int:
+    """Where the field begins that an element is of: what is known of its index."""
+    match index:
+        case Constant(value):
+            return int(value)
+        case Binary("+", left, right, _):
+            return _first(left) + _first(right)
+        case _:
+            return 0
 
 
 def argument_varies(names: Collection[str], argument: Expression | View) -> bool:

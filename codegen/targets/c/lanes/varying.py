@@ -39,7 +39,7 @@ class Lanes:
     shared : collection of str
         Its parameters that all items share.
     still : mapping of str to collection of int, optional
-        Elements that all items share of its other parameters, which nothing changes.
+        Elements that all items share of its other parameters, which nothing changes: whole fields of records.
 
     Attributes
     ----------
