@@ -225,7 +225,7 @@ class Driver:
         dict
             Accelerations and reactions; matrix, right sides, errors, rates and rank of the constraints.
         """
-        rows = max(1, self.assembly.equation_count)
+        rows = max(1, self.program.needs.rows)
         size = 6 * self.bodies
         values = {
             "accelerations": np.empty((self.bodies, 6)), "reactions": np.empty((self.bodies, 6)),
