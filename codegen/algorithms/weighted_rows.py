@@ -164,13 +164,18 @@ def weighted_rows(rows: int, size: int, most_dense: int = SPARSE, is_open: bool 
             s.norms[i] = rest
 
     @still
-    def add_direction(s: InOut[Numbers], indices: InOut[Integers], count: Int, columns: Int, limit: Int) -> Bool:
-        """One direction more, of the row with the most of its own for its rounding; False if there is none."""
-        k = indices.rank
+    def add_direction(
+        s: InOut[Numbers], indices: InOut[Integers], count: Int, columns: Int, k: Int, limit: Int
+    ) -> Bool:
+        """Direction k, behind those there are, of the row with the most of its own for its rounding; False if none.
+
+        Which row that is differs between systems that are solved at once: rows are asked, not looked up.
+        """
         width = columns if is_open else size
         if k >= (min(width, count) if is_open else most):
             return False
         q = empty(size)
+        start, end, least = 0, width, 0.0
         while True:
             best = -1
             clearest = 1.0
@@ -181,10 +186,16 @@ def weighted_rows(rows: int, size: int, most_dense: int = SPARSE, is_open: bool 
                     clearest = clear
             if best < 0:
                 return False
-            for j in range(width):
-                q[j] = s.remainder[best, j]
-            if sparse:
-                start, end = indices.first[best], indices.last[best]
+            for i in range(count):
+                if i == best:
+                    for j in range(width):
+                        q[j] = s.remainder[i, j]
+                    for j in range(k):
+                        s.upper[j, k] = s.taken[i, j]
+                    least = s.least[i]
+                    s.norms[i] = 0.0
+                    if sparse:
+                        start, end = indices.first[i], indices.last[i]
             for i in range(k):  # once more: what rounding left
                 low = indices.start[i] if sparse else 0
                 high = indices.end[i] if sparse else width
@@ -196,13 +207,12 @@ def weighted_rows(rows: int, size: int, most_dense: int = SPARSE, is_open: bool 
                 if sparse and c != 0.0:
                     start = min(start, low)
                     end = max(end, high)
-                s.upper[i, k] = s.taken[best, i] + c
+                s.upper[i, k] += c
             square = 0.0
             for j in range(width):
                 square += q[j] * q[j]
             length = sqrt(square)
-            s.norms[best] = 0.0
-            if length > s.least[best]:
+            if length > least:
                 break
         s.upper[k, k] = length
         if limit > 0 and k == limit:
@@ -230,9 +240,11 @@ def weighted_rows(rows: int, size: int, most_dense: int = SPARSE, is_open: bool 
         is none.
         """
         scale_rows(s, indices, count, columns, weights, tolerance)
+        k = 0
         more = True
         while more:
-            more = add_direction(s, indices, count, columns, limit)
+            more = add_direction(s, indices, count, columns, k, limit)
+            k += 1
 
     @algorithm
     def solve_rows(
@@ -252,11 +264,12 @@ def weighted_rows(rows: int, size: int, most_dense: int = SPARSE, is_open: bool 
                 value -= s.upper[j, k] * solution[j]
             solution[k] = value / s.upper[k, k]
         for j in range(width):
-            total = 0.0
-            for k in range(indices.rank):
-                total += s.direction[k, j] * solution[k]
-            change[j] = total
-            x[j] += weights[j] * total
+            change[j] = 0.0
+        for k in range(indices.rank):
+            for j in range(width):
+                change[j] += s.direction[k, j] * solution[k]
+        for j in range(width):
+            x[j] += weights[j] * change[j]
 
     @algorithm
     def least_change_along(

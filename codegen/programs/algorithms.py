@@ -101,8 +101,9 @@ def loop_declarations(names: Iterable[str]) -> str:
 
 
 def algorithm_extension(
-    function: Function, instances: Sequence[Instance] = ONE_BY_ONE, shared: Collection[str] | None = None
-) -> ExtensionSource:
+    function: Function, instances: Sequence[Instance] = ONE_BY_ONE, shared: Collection[str] | None = None,
+    still: Mapping[str, Collection[int]] | None = None,
+) -> ExtensionSource:  # fmt: skip
     """C text of an algorithm and its loops over items, ready to compile.
 
     Parameters
@@ -113,20 +114,22 @@ def algorithm_extension(
     shared : collection of str, optional
         Parameters that all items share. Where they are named, several items are computed at once, as many as a vector
         of the instance has lanes; default: one.
+    still : mapping of str to collection of int, optional
+        Elements that all items share of other parameters, which nothing changes: whole fields of records.
 
     Raises
     ------
     AlgorithmError
         If items of which several are computed at once may take different paths.
     """
-    return extension_of(f"algorithm_{function.name}", algorithm_files(function, instances, shared))
+    return extension_of(f"algorithm_{function.name}", algorithm_files(function, instances, shared, still=still))
 
 
 def algorithm_files(
     function: Function, instances: Sequence[Instance] = ONE_BY_ONE, shared: Collection[str] | None = None,
-    scratch: Collection[str] = (),
+    scratch: Collection[str] = (), still: Mapping[str, Collection[int]] | None = None,
 ) -> dict[str, str]:  # fmt: skip
-    """Texts of the C program: the driver, the functions that it includes, and declarations for cffi.
+    """Texts of the C program of `algorithm_extension`: driver, functions that it includes, declarations for cffi.
 
     Where items share parameters, arrays of ``scratch`` are memory that a call brings along; see `lanes_item`.
     """
@@ -135,7 +138,7 @@ def algorithm_files(
     kernels = "".join(compiler.print_function(v) for v in variants)
     arrays, item, text = None, c_item(function), ""
     if shared is not None:
-        lanes = Lanes(function, shared)
+        lanes = Lanes(function, shared, still)
         text = lanes_text(lanes)
         arrays, item = lanes_item(lanes, scratch)
     values = {"instances": instances, "arrays": arrays, "item": item, "elementary": elementary}

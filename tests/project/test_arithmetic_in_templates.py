@@ -15,7 +15,6 @@ TEMPLATES = CHECKOUT / "templates"
 MOST = {
     "c/kernels": 10,
     "c/lib": 64,
-    "c/programs": 3,
     "c/programs/tracer": 6,
     "c/programs/tracer/acceleration": 50,
     "cuda": 12,

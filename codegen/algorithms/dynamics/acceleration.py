@@ -102,7 +102,7 @@ def rate_algorithms(parts: Parts, k: Any) -> RateAlgorithms:
             status = constrain(numbers, bodies, constraints, w, p, stop, t, motors, twists, w.tolerance)
             if status != OK:
                 return int(status)
-            for i in range(p.count):
+            for i in range(row_count):
                 w.wanted[i] = w.right[i] + 2.0 * decay * w.rates[i] + decay * decay * w.errors[i]
             if blurs and p.blurred != 0:
                 blur_by_constraints(bodies, w, p, w.wanted, accelerations)

@@ -103,7 +103,7 @@ def projection_algorithms(parts: Parts, k: Any, rates: RateAlgorithms) -> Projec
     """
     bodies_count, size, motors_size = parts.bodies, parts.size, 8 * parts.bodies
     angular, linear, a_velocity = parts.angular, parts.linear, parts.linear[0]
-    is_constrained = parts.mode == "constrained"
+    is_constrained, row_count = parts.mode == "constrained", parts.rows
     work = work_records(parts)
     Work: Any = work.numbers
     Integers: Any = work.integers
@@ -231,7 +231,7 @@ def projection_algorithms(parts: Parts, k: Any, rates: RateAlgorithms) -> Projec
             status = constrain(numbers, bodies, constraints, w, p, stop, t, motors, twists, tolerance)
             if status != OK:
                 return status, 0
-            for i in range(p.count):
+            for i in range(row_count):
                 if is_significant(w, i):
                     worst = max(worst, position_error(bodies, w, p, motors, i, abs(w.errors[i])))
             if not worst > ROUNDING * epsilon() or attempts == PROJECTIONS:
@@ -244,7 +244,7 @@ def projection_algorithms(parts: Parts, k: Any, rates: RateAlgorithms) -> Projec
         move_twists(w, p, twists)
         w.off = 0.0
         p.off_row = 0
-        for i in range(p.count):
+        for i in range(row_count):
             violation = constraint_violation(bodies, w, p, twists, i)
             if violation > w.off:
                 w.off = violation
@@ -287,7 +287,7 @@ def projection_algorithms(parts: Parts, k: Any, rates: RateAlgorithms) -> Projec
         if status != OK:
             return status, 0.0
         violation = 0.0
-        for i in range(p.count):
+        for i in range(row_count):
             error = abs(w.errors[i]) + w.unknown[i]
             if p.powers[i] != 0:  # of rates: as a fraction of the bodies' own
                 square = TINY
@@ -322,7 +322,7 @@ def projection_algorithms(parts: Parts, k: Any, rates: RateAlgorithms) -> Projec
             return int(status)
         start[:] = 0.0
         start_rows[:] = 0
-        for i in range(p.count):
+        for i in range(row_count):
             distance = position_error(bodies, w, p, motors, i, true_error(w, i))
             pace = w.scale[i] * velocity_scale(bodies, w, twists, p.bodies[i])
             rate = abs(w.rates[i]) / pace if pace > 0.0 else 0.0

@@ -62,6 +62,13 @@ Iteration: Any = record(
     last_step=Real, last_change=Real, worse=Real,
 )  # fmt: skip
 
+#: Integers of the work that all simulations of a program's call share, and none changes; see `WorkRecords`. Those of
+#: the rows are there where there are constraints.
+CONSTANTS_OF_ROWS = ("bodies", "powers")
+CONSTANTS = (
+    "project", "handle", "stride", "spring_offset", "springs", "couplings", "constraints", "loads", "stages",
+    "all_stages", "dense_rows", "method_order",
+)  # fmt: skip
 #: Stages of an implicit method, at most.
 MOST_STAGES = 7
 #: Fraction of a constraint, by energy, that must be independent of the others; below it, it is redundant.
@@ -228,7 +235,7 @@ class WorkRecords(NamedTuple):
     in ``whole`` behind these ``along``, the tangents of all of them, and ``along_lanes``, those of several directions,
     which begin where a vector may; and the integers
 
-    - ``count``: rows; ``known_rank``: of the constraints at the start, 0: not known yet; ``off_row``: of ``off``.
+    - ``known_rank``: of the constraints at the start, 0: not known yet; ``off_row``: of ``off``.
     - ``blurred``: whether blur is asked for; ``project``: whether states are brought back to the constraints.
     - ``held``: the directions at hand are those of the rows, which are filled once more for their tangents alone.
     - ``left``: of the budget of steps; ``item``: of a batch; ``handle``: what functions of users are called with.
@@ -250,19 +257,7 @@ def work_records(parts: Parts) -> WorkRecords:
     rows = weighted_rows(parts.rows, parts.size) if parts.layouts else None
     shapes: dict[str, tuple[int, ...]] = {"tolerance": (), "baumgarte": (), "pace": (), "off": (), "independent": ()}
     shapes |= {"longest_step": (), "rtol": (), "atol": ()}
-    places: tuple[str, ...] = ("count", "known_rank", "off_row", "blurred", "project", "held", "left", "item", "handle")
-    places += (
-        "stride",
-        "spring_offset",
-        "springs",
-        "couplings",
-        "constraints",
-        "loads",
-        "stages",
-        "all_stages",
-        "dense_rows",
-        "method_order",
-    )
+    places = ("known_rank", "off_row", "blurred", "held", "left", "item", *CONSTANTS)
     integers: dict[str, tuple[int, ...]] = dict.fromkeys(places, ())
     if parts.blurs:
         shapes["blur"] = (parts.bodies,)

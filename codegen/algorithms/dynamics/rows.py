@@ -55,7 +55,7 @@ def row_algorithms(parts: Parts, k: Any) -> RowAlgorithms:
     """
     bodies_count, size, calls, largest = parts.bodies, parts.size, parts.calls, parts.largest
     angular, a_velocity, twist_layout, is_joined = parts.angular, parts.linear[0], parts.twist_layout, parts.bodies > 1
-    keeps = parts.functions > 0
+    keeps, row_count, most = parts.functions > 0, parts.rows, min(parts.rows, parts.size)
     work = work_records(parts)
     Work: Any = work.numbers
     Integers: Any = work.integers
@@ -285,8 +285,6 @@ def row_algorithms(parts: Parts, k: Any) -> RowAlgorithms:
             w.rounding[to] = blurred + epsilon() * made_of
             w.noise[to] = noise
             w.unknown[to] = unknown
-            p.bodies[to] = c.body
-            p.powers[to] = 1 if is_power else 0
         return OK
 
     @algorithm
@@ -295,12 +293,12 @@ def row_algorithms(parts: Parts, k: Any) -> RowAlgorithms:
         motors: Vector[8 * bodies_count], twists: Vector[size],
     ) -> Int:  # fmt: skip
         """Rows of all constraints, what they times the accelerations must be, errors and their rates; a status."""
-        p.count = 0
+        first = 0
         for i in range(p.constraints):
-            status = fill_constraint(numbers, bodies, constraints[i], w, p, p.count, t, motors, twists)
+            status = fill_constraint(numbers, bodies, constraints[i], w, p, first, t, motors, twists)
             if status != OK:
                 return int(status)
-            p.count += constraints[i].rows
+            first += constraints[i].rows
         return OK
 
     @algorithm
@@ -317,12 +315,13 @@ def row_algorithms(parts: Parts, k: Any) -> RowAlgorithms:
                 w.weights[6 * b + j] = bodies[b].roots[j]
         if p.held != 0:
             return OK
-        scale_rows(w[0:numbers_size], p[0:integers_size], p.count, 0, w.weights, tolerance)
+        scale_rows(w[0:numbers_size], p[0:integers_size], row_count, 0, w.weights, tolerance)
         more = True
-        while more:
+        for m in range(most + 1):
             if stop[0] != 0:
                 return STOPPED
-            more = add_direction(w[0:numbers_size], p[0:integers_size], p.count, 0, p.known_rank)
+            if more:
+                more = add_direction(w[0:numbers_size], p[0:integers_size], row_count, 0, m, p.known_rank)
         return OK
 
     return RowAlgorithms(fill_rows, constrain)

@@ -64,6 +64,7 @@ def simulation_algorithms(
     """
     size, motors_size, state = parts.size, 8 * parts.bodies, parts.state
     is_constrained, has_rows, has_tangents = parts.mode == "constrained", bool(parts.layouts), parts.tangents > 0
+    row_count = parts.rows
     tangents_size = max(1, 2 * size * parts.tangents)
     work = work_records(parts)
     Kept: Any = kept_record(parts)
@@ -209,7 +210,7 @@ def simulation_algorithms(
             status = constrain(numbers, bodies, constraints, w[0:own_size], p, stop, t, motors, twists, w.tolerance)
             if status != OK:
                 return -1
-            for i in range(p.count):
+            for i in range(row_count):
                 for j in range(size):
                     matrix[i, j] = w.matrix[i, j]
                 right[i] = w.right[i]

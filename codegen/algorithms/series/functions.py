@@ -78,7 +78,9 @@ class SeriesFunction(NamedTuple):
     text: str
 
 
-def series_function(name: str, terms: Sequence[Term], rows: Mapping[str, int]) -> SeriesFunction:
+def series_function(
+    name: str, terms: Sequence[Term], rows: Mapping[str, int], of_items: bool = False
+) -> SeriesFunction:
     """Sums of kernels as one algorithm on series.
 
     Parameters
@@ -89,6 +91,8 @@ def series_function(name: str, terms: Sequence[Term], rows: Mapping[str, int]) -
         Outputs with one name are added, in this order.
     rows : mapping of str to int
         Rows that the arguments are in, with their sizes: parameters of the algorithm behind the results.
+    of_items : bool
+        Whether it is for several items at once; the bits are the same.
 
     Raises
     ------
@@ -108,7 +112,7 @@ def series_function(name: str, terms: Sequence[Term], rows: Mapping[str, int]) -
             parts = sums.setdefault(result, [[] for _ in values])
             for part, value in zip(parts, values, strict=True):
                 part.append(value)
-    written = SeriesText(ring, list(sums.items()))
+    written = SeriesText(ring, list(sums.items()), of_items)
     sizes = {result: len(parts) for result, parts in sums.items()}
     size = max(written.size, 1)
     parameters = ", ".join([

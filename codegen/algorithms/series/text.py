@@ -1,7 +1,8 @@
 """Text of an algorithm that computes coefficient k of what formulas say, from items of the ring of power series.
 
 Products of one level are convolved together; functions follow the recurrences. What is kept from order to order
-stands in one row of numbers.
+stands in one row of numbers. Vectors are of products, whose factors stand side by side, each as often as it is needed,
+or of several items, where a factor is kept once.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from .recurrences import RECURRENCES, ROWS
 
 #: Products are made in groups of this many: a whole number of vectors of any width.
 LANES = 4
+#: Of several items, at most so many in one loop: nearly as many as a processor with vectors of 64 bytes has registers.
+TOGETHER = 28
 _MASKS = {"lt": "{} < {}", "le": "{} <= {}", "and": "{} and {}", "or": "{} or {}", "not": "not {}"}
 #: Of numbers that do not depend on time.
 _NUMBERS = {
@@ -27,6 +30,13 @@ _NUMBERS = {
 class SeriesText:
     """Statements for some results, each a sum of items.
 
+    Parameters
+    ----------
+    ring : SeriesRing
+    results : sequence
+    of_items : bool
+        Whether vectors are of several items.
+
     Attributes
     ----------
     size : int
@@ -35,7 +45,9 @@ class SeriesText:
         Convolutions.
     """
 
-    def __init__(self, ring: SeriesRing, results: Sequence[tuple[str, Sequence[Sequence[Item]]]]) -> None:
+    def __init__(
+        self, ring: SeriesRing, results: Sequence[tuple[str, Sequence[Sequence[Item]]]], of_items: bool = False
+    ) -> None:
         self.ring = ring
         self.size = self.products = 0
         self.lines: list[str] = []
@@ -49,10 +61,15 @@ class SeriesText:
                 self._number(item)
         for level in range(max((item.level for item in items), default=0) + 1):
             here = [item for item in items if item.level == level and (item.moves or item.op in _MASKS)]
-            self._convolve([item for item in here if item.op == "product"])
-            for item in here:
-                if item.op != "product":
-                    self._series(item)
+            products = [item for item in here if item.op == "product"]
+            others = [item for item in here if item.op != "product"]
+            self.products += len(products)
+            if of_items:
+                others = self._convolve_items(products, others)
+            else:
+                self._convolve(products)
+            for item in others:
+                self._series(item)
         for name, rows in results:
             sums = (" + ".join(map(self._at_order, row)) for row in rows)
             self.lines.append(f"{name}[:] = ({', '.join(sums)},)")
@@ -119,7 +136,6 @@ class SeriesText:
         """Products of one level, side by side."""
         if not items:
             return
-        self.products += len(items)
         count = -(-len(items) // LANES) * LANES
         name = f"p{items[0].level}"
         self._align()
@@ -132,6 +148,31 @@ class SeriesText:
         a, b = (f"work[{start}:{start + ROWS * count}]" for start in starts.values())
         self.lines.append(f"convolve(k, {count}, {a}, {b}, {name})")
         self._text.update({item: f"{name}[{lane}]" for lane, item in enumerate(items)})
+
+    def _convolve_items(self, items: Sequence[Item], others: Sequence[Item]) -> list[Item]:
+        """The same one by one, some in a loop: the sums of `convolve`; what of the others is not done yet.
+
+        What can be is done between two loops: sums of products take fewer registers.
+        """
+        for item in items:
+            for factor in item.args:
+                self._history(factor)
+        loops = -(-len(items) // TOGETHER)
+        for group in (items[i * len(items) // loops : (i + 1) * len(items) // loops] for i in range(loops)):
+            places = [[self._histories[factor] for factor in item.args] for item in group]
+            for item, (a, b) in zip(group, places, strict=True):
+                self._set(item, f"work[{a}] * work[k + {b}]")
+            self.lines.append("for j in range(1, k + 1):")
+            for item, (a, b) in zip(group, places, strict=True):
+                self.lines.append(f"    {self._text[item]} += work[j + {a}] * work[k - j + {b}]")
+            waiting = []
+            for item in others:
+                if all(a in self._text for a in item.args):
+                    self._series(item)
+                else:
+                    waiting.append(item)
+            others = waiting
+        return list(others)
 
     def _series(self, item: Item) -> None:
         if item.op == "input":

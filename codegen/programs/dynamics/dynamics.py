@@ -147,10 +147,10 @@ def _numba_texts(needs: DynamicsConfig) -> tuple[str, str, str]:
 
 
 @cache
-def parts_with_series(needs: DynamicsConfig) -> tuple[Parts, MotionSeries | None]:
-    """What decides about the algorithms, and the series functions of the motion."""
+def parts_with_series(needs: DynamicsConfig, of_items: bool = False) -> tuple[Parts, MotionSeries | None]:
+    """What decides about the algorithms, and the series functions of the motion; or for several items at once."""
     parts = simulation_parts(needs)
-    return with_series(needs, parts) if needs.method == "taylor" else (parts, None)
+    return with_series(needs, parts, of_items) if needs.method == "taylor" else (parts, None)
 
 
 class Found(NamedTuple):
@@ -172,8 +172,8 @@ class Found(NamedTuple):
     lanes: tuple[Function, Function] | None
 
 
-def simulation_algorithms_of(needs: DynamicsConfig) -> Found:
-    """The algorithms of a simulation."""
+def simulation_algorithms_of(needs: DynamicsConfig, of_items: bool = False) -> Found:
+    """The algorithms of a simulation; or those for several simulations at once."""
     from ...algorithms.dynamics.acceleration import rate_algorithms
     from ...algorithms.dynamics.advance import MethodAlgorithms, advance_algorithm
     from ...algorithms.dynamics.projection import projection_algorithms
@@ -187,7 +187,7 @@ def simulation_algorithms_of(needs: DynamicsConfig) -> Found:
     from ...algorithms.dynamics.tangents import tangent_algorithms
     from ...algorithms.dynamics.taylor import taylor_algorithms
 
-    (parts, series), specs = parts_with_series(needs), _kernel_specs(needs)
+    (parts, series), specs = parts_with_series(needs, of_items), _kernel_specs(needs)
     names: Any = namedtuple("Kernels", [spec.name for spec in specs])  # type: ignore[misc]
     kernels = names(*specs)
     rates = rate_algorithms(parts, kernels)

@@ -21,9 +21,9 @@ from .loads import BODY_LOADS
 _STATE = {"motor": 8, "twist": 6, "other_motor": 8, "other_twist": 6, "momentum": 6, "rotor": 4, "spin": 3}
 
 
-def with_series(needs: DynamicsConfig, parts: Parts) -> tuple[Parts, MotionSeries]:
-    """Series functions of a kind of simulation, and its parts with what they keep."""
-    series = _turning(needs) if needs.in_flight else _motion(needs)
+def with_series(needs: DynamicsConfig, parts: Parts, of_items: bool = False) -> tuple[Parts, MotionSeries]:
+    """Series functions of a kind of simulation, and its parts with what they keep; perhaps for several at once."""
+    series = (_turning if needs.in_flight else _motion)(needs, of_items)
     return parts._replace(series=series_shapes(parts, series, needs.springs, needs.constraints)), series
 
 
@@ -37,8 +37,8 @@ def rotor_part(algebra_name: str) -> tuple[bool, ...]:
 class _Terms:
     """Kernels as terms of a series function of an algebra."""
 
-    def __init__(self, algebra: str, **still: int) -> None:
-        self.algebra, self.still = algebra, still
+    def __init__(self, algebra: str, of_items: bool, **still: int) -> None:
+        self.algebra, self.of_items, self.still = algebra, of_items, still
         self.rows = {**_STATE, **still}
         self.terms: list[Term] = []
 
@@ -57,12 +57,12 @@ class _Terms:
 
     def function(self, name: str, rows: str) -> SeriesFunction:
         """All of them, on some rows."""
-        return series_function(name, self.terms, {row: self.rows[row] for row in rows.split(", ")})
+        return series_function(name, self.terms, {row: self.rows[row] for row in rows.split(", ")}, self.of_items)
 
 
-def _turning(needs: DynamicsConfig) -> MotionSeries:
+def _turning(needs: DynamicsConfig, of_items: bool) -> MotionSeries:
     """The turning of a body by itself, free or about a point."""
-    terms = _Terms(needs.algebra, inverse=3, body=Body.size)
+    terms = _Terms(needs.algebra, of_items, inverse=3, body=Body.size)
     terms.add(flows.rotor_rate, "layout rotor, position", "rotor, spin", "rotor_rate")
     terms.add(flows.spin_rate, "position, position, position", "spin, body.moments, inverse", "spin_rate")
     if needs.mode == "subspace" and "gravity" in needs.loads:
@@ -71,9 +71,9 @@ def _turning(needs: DynamicsConfig) -> MotionSeries:
     return MotionSeries(terms.function("motion_series", "rotor, spin, inverse, body"))
 
 
-def _motion(needs: DynamicsConfig) -> MotionSeries:
+def _motion(needs: DynamicsConfig, of_items: bool) -> MotionSeries:
     """A motor's rate, the wrenches on its body, and what constraints add."""
-    terms = _Terms(needs.algebra, body=Body.size)
+    terms = _Terms(needs.algebra, of_items, body=Body.size)
     gyroscopic = mechanics.gyroscopic if needs.mode == "subspace" else mechanics.central_gyroscopic
     terms.add(mechanics.motor_rate, "layout motor, twist", "motor, twist", "motor_rate")
     terms.add(gyroscopic, "twist, numbers6", "twist, momentum", "row")
@@ -83,34 +83,34 @@ def _motion(needs: DynamicsConfig) -> MotionSeries:
             terms.add(load.formula, load.kinds, ", ".join(arguments), "row")
     series = MotionSeries(terms.function("motion_series", "motor, twist, momentum, body"))
     if "spring" in needs.loads:
-        series = series._replace(spring=_spring(needs))
-    return _with_constraints(needs, series) if needs.mode == "constrained" else series
+        series = series._replace(spring=_spring(needs, of_items))
+    return _with_constraints(needs, series, of_items) if needs.mode == "constrained" else series
 
 
-def _spring(needs: DynamicsConfig) -> SeriesFunction:
+def _spring(needs: DynamicsConfig, of_items: bool) -> SeriesFunction:
     """Wrenches on both ends; of one body the other end is in the world."""
     world = {"other_motor": 8, "other_twist": 6} if needs.bodies == 1 else {}
-    terms = _Terms(needs.algebra, spring=Spring.size, **world)
+    terms = _Terms(needs.algebra, of_items, spring=Spring.size, **world)
     kinds = "motor, twist, position, motor, twist, position, numbers3"
     ends = "motor, twist, spring.point, other_motor, other_twist, spring.anchor, spring.stiffness"
     terms.add(mechanics.spring, kinds, ends, "wrench, other_wrench")
     return terms.function("spring_series", "motor, twist, other_motor, other_twist, spring")
 
 
-def _with_constraints(needs: DynamicsConfig, series: MotionSeries) -> MotionSeries:
+def _with_constraints(needs: DynamicsConfig, series: MotionSeries, of_items: bool) -> MotionSeries:
     layouts = []
     for number, name in enumerate(needs.layouts):
         size = stock_algebra(needs.algebra).kind(name).size
-        terms = _Terms(needs.algebra, v=size)
+        terms = _Terms(needs.algebra, of_items, v=size)
         terms.add(pins.held_rates, f"motor, twist, layout {name}", "motor, twist, v", "rates, bent")
         layouts.append((number, size, terms.function(f"held_series_{name}", "motor, twist, v")))
     series = series._replace(layouts=tuple(layouts))
     if "twist" in needs.layouts:
-        terms = _Terms(needs.algebra, v=6)
+        terms = _Terms(needs.algebra, of_items, v=6)
         terms.add(pins.held_power, "motor, twist", "motor, v", "power")
         series = series._replace(power=terms.function("power_series", "motor, v"))
     if needs.bodies > 1:
-        terms = _Terms(needs.algebra)
+        terms = _Terms(needs.algebra, of_items)
         rows = "motor, twist, other_motor, other_twist"
         terms.add(pins.relation, "motor, twist, motor, twist", rows, "seen, relative, bend, change")
         series = series._replace(relation=terms.function("relation_series", rows))

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+from typing import NamedTuple
 
+from ...algorithms.dynamics.records import CONSTANTS, CONSTANTS_OF_ROWS, work_records
 from ...build import text_cache
 from ...build.cpu_features import best_instances
 from ...targets.c.source import ExtensionSource
@@ -12,22 +14,37 @@ from .. import extension_of
 from ..algorithms import algorithm_files
 from .config import DynamicsConfig
 
-#: Methods that gain. Series have vectors of their own, and a program of implicit steps compiles longer than it saves.
-METHODS = ("chart", "rk4", "cf4", "midpoint", "composition", "adaptive")
+#: Methods that gain. A program of implicit steps compiles longer than it saves.
+METHODS = ("chart", "rk4", "cf4", "midpoint", "composition", "adaptive", "taylor")
 #: What each simulation has of its own, beside what the algorithm changes.
 OWN = ("numbers", "bodies")
 
 
-def is_wide(needs: DynamicsConfig) -> bool:
-    """Whether batches of simulations run several at once, where the processor has wide vectors.
+class WideRun(NamedTuple):
+    """A run of several simulations at once.
 
-    Not with constraints: how many equations hold differs between simulations, and with it the path.
+    Attributes
+    ----------
+    source : ExtensionSource
+        Its C text, ready to compile.
+    tag : str
+        Of its loop.
+    numbers : int
+        Of the work, integers included, that each simulation has there.
     """
-    return needs.mode == "free" and needs.method in METHODS and not needs.callbacks and not needs.tangents
+
+    source: ExtensionSource
+    tag: str
+    numbers: int
 
 
-def wide_run(needs: DynamicsConfig) -> tuple[ExtensionSource, str] | None:
-    """C text of the run of simulations, ready to compile, and the tag of its loop; None: this processor gains nothing.
+def is_wide(needs: DynamicsConfig) -> bool:
+    """Whether batches of simulations run several at once, where the processor has wide vectors."""
+    return needs.method in METHODS and not needs.callbacks and not needs.tangents
+
+
+def wide_run(needs: DynamicsConfig) -> WideRun | None:
+    """The run of simulations for several at once; None: this processor gains nothing.
 
     Parameters
     ----------
@@ -39,13 +56,19 @@ def wide_run(needs: DynamicsConfig) -> tuple[ExtensionSource, str] | None:
         return None
 
     def make() -> str:
-        from .dynamics import simulation_algorithms_of
+        from .dynamics import parts_with_series, simulation_algorithms_of
 
-        run = simulation_algorithms_of(needs).entries.run.instance()
+        run = simulation_algorithms_of(needs, of_items=True).entries.run.instance()
         shared = [p.name for p in run.parameters if p.access == "in" and p.name not in OWN]
-        return json.dumps(algorithm_files(run, (instance,), shared))
+        work = work_records(parts_with_series(needs, of_items=True)[0])
+        constants = [name for name in (*CONSTANTS, *CONSTANTS_OF_ROWS, "held") if name in work.integers.offsets]
+        extents = [work.integers.extent(name) for name in constants]
+        still = {"p": [first + k for first, count in extents for k in range(count)]}
+        files = algorithm_files(run, (instance,), shared, still=still)
+        return json.dumps([files, work.whole.size + work.integers.size])
 
     sources = ("programs/dynamics/wide.py", "../templates/c/programs/algorithm.c.j2", f"specs/{needs.algebra}.toml")
     key = hashlib.sha256(repr(needs).encode()).hexdigest()
-    text = text_cache.made_once("dynamics_run", sources, f"{key}_{instance.tag}.json", make)
-    return extension_of(f"dynamics_run_{needs.algebra}_{needs.bodies}_{needs.method}", json.loads(text)), instance.tag
+    files, numbers = json.loads(text_cache.made_once("dynamics_run", sources, f"{key}_{instance.tag}.json", make))
+    source = extension_of(f"dynamics_run_{needs.algebra}_{needs.bodies}_{needs.method}", files)
+    return WideRun(source, instance.tag, numbers)

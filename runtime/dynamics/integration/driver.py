@@ -29,8 +29,8 @@ MANY = 50
 #: Largest workspace, in bytes, that is reused by the next call.
 REUSED_WORKSPACE = 1 << 22
 #: Simulations from which on several run at once, in a program that is compiled for that; and numbers of each up to
-#: which they do: a thread's stack holds those of eight.
-WIDE_BATCH, WIDE_NUMBERS = 64, 1 << 13
+#: which they do: a thread's stack holds those of eight, and so must a core's second cache.
+WIDE_BATCH, WIDE_NUMBERS = 64, 13000
 #: An argument that a program does not look at.
 _NOTHING = np.zeros((1, 1))
 #: A stop that never comes.
@@ -100,14 +100,14 @@ class Driver:
         steps = STEPS_OF_FUNCTIONS if self.assembly.callbacks.functions else STEPS
         return max(1, int(min(16, 16 * (MANY / self.bodies) ** 3)), steps // self.bodies**2)
 
-    def _new_constants(self, project: bool, baumgarte: float) -> tuple[dict[str, float], dict[str, int]]:
+    def _new_constants(self, project: bool, baumgarte: float) -> tuple[dict[str, float], dict[str, Any]]:
         """What the work of each thread says about all simulations, by field."""
         assembly, method, scheme = self.assembly, self.method, self.method.scheme
         numbers = {
             "baumgarte": baumgarte, "longest_step": method.step, "rtol": method.rtol,
             "atol": method.atol,
         }  # fmt: skip
-        integers = {
+        integers: dict[str, Any] = {
             "project": int(project), "handle": self._handle, "stride": self._numbers.shape[1],
             "spring_offset": assembly.spring_offset, "springs": len(assembly.springs),
             "couplings": len(assembly.couplings),
@@ -115,6 +115,9 @@ class Driver:
             "stages": scheme.stages, "all_stages": scheme.all_stages, "dense_rows": scheme.dense_rows,
             "method_order": scheme.order,
         }  # fmt: skip
+        rows = [(c.body, int(c.power)) for c in assembly.driver_constraints for _ in range(c.equations)]
+        if rows:
+            integers["bodies"], integers["powers"] = np.transpose(rows)
         return numbers, integers
 
     def arrays(self) -> tuple[dict[str, Array], dict[str, Array]]:
@@ -161,11 +164,10 @@ class Driver:
     def run_for(self, states: int) -> InPlace:
         """The algorithm of runs for so many numbers of states of each simulation."""
         program = self.program
-        if self.size < WIDE_BATCH:
+        wide = program.wide if self.size >= WIDE_BATCH else None
+        if wide is None or states + wide.numbers + self.memory + 2 * self._numbers.shape[1] > WIDE_NUMBERS:
             return program["run"]
-        numbers = states + program.work.size + program.integers.size + self.memory + 2 * self._numbers.shape[1]
-        wide = program.wide_run if numbers <= WIDE_NUMBERS else None
-        return program["run"] if wide is None else wide
+        return program.wide_run
 
     def workspace(self) -> Workspace:
         """Work of one thread, to be returned by `release`."""
@@ -179,7 +181,8 @@ class Driver:
             for name, value in numbers.items():
                 w[program.work.offsets[name]] = value
             for name, value in integers.items():
-                p[program.integers.offsets[name]] = value
+                first = program.integers.offsets[name]
+                p[first : first + np.size(value)] = value
             own = {"w": w, "p": p}
             if program.is_on_gpu:
                 kept = program.keep({name: np.tile(array, (self.size, 1)) for name, array in own.items()}, self.size)
@@ -209,7 +212,7 @@ class Driver:
         dict
             Accelerations and reactions; matrix, right sides, errors, rates and rank of the constraints.
         """
-        rows = max(1, self.assembly.equation_count)
+        rows = max(1, self.program.needs.rows)
         size = 6 * self.bodies
         values = {
             "accelerations": np.empty((self.bodies, 6)), "reactions": np.empty((self.bodies, 6)),

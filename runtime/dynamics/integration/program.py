@@ -20,7 +20,7 @@ from ...codegen.execute.in_place import InPlace, Kept, read_entries
 from ...codegen.execute.items import CLoop, CompiledLoop, Loop, flat
 from ...codegen.programs.dynamics.config import DynamicsConfig
 from ...codegen.programs.dynamics.dynamics import PART, RECORDS, dynamics_program, numba_program
-from ...codegen.programs.dynamics.wide import is_wide, wide_run
+from ...codegen.programs.dynamics.wide import WideRun, is_wide, wide_run
 from ...codegen.programs.stock import ENTRIES
 from ...codegen.programs.tree_motion import tree_motion_numba, tree_motion_program
 from ..assembly.callbacks import CallbackRegistry
@@ -106,17 +106,16 @@ class SimulationProgram:
             ready = self._ready.setdefault(name, InPlace(self._entries[key], self._loop_of(key)))
         return ready
 
+    @cached_property
+    def wide(self) -> WideRun | None:
+        """Text of the run of simulations for several at once; None where there is none."""
+        return wide_run(self.needs) if self.has_wide_run and is_wide(self.needs) else None
 
     @cached_property
-    def wide_run(self) -> InPlace | None:
-        """The run of simulations for several at once, compiled at its first use; None where there is none."""
-        if not (self.has_wide_run and is_wide(self.needs)):
-            return None
-        found = wide_run(self.needs)
-        if found is None:
-            return None
-        extension, tag = found
-        return InPlace(self._entries[f"run_{PART}"], CLoop(load(extension), tag))
+    def wide_run(self) -> InPlace:
+        """The same, compiled at its first use."""
+        assert self.wide is not None
+        return InPlace(self._entries[f"run_{PART}"], CLoop(load(self.wide.source), self.wide.tag))
 
 
 @cache

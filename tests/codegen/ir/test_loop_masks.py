@@ -11,6 +11,7 @@ from bladesmith import cga3d as cga
 from bladesmith import codegen
 from bladesmith.codegen import algorithm
 from bladesmith.codegen.build import extension
+from bladesmith.codegen.errors import AlgorithmError
 from bladesmith.codegen.language import (
     Bool,
     Bytes,
@@ -25,6 +26,7 @@ from bladesmith.codegen.language import (
     sqrt,
     zeros,
 )  # fmt: skip
+from bladesmith.codegen.targets.c.lanes.varying import Lanes
 
 from ...support.targets.lanes import TAGS, by_lanes
 
@@ -62,6 +64,24 @@ def two(x: Real, k: Int) -> tuple[Real, Int]:
         x = x * 1.5 + 0.1
         k -= 1
     return min(x, 2.0), k
+
+
+@algorithm
+def one_name(k: Int, n: Int, x: InOut[Vector[9]]) -> Real:
+    """A number that differs, and loops that do not, by one name."""
+    total = 0.0
+    for m in range(2):
+        i = k - m
+        x[max(i, 0)] += 1.0
+    for i in range(n):
+        total += x[i] * float(i)
+    for i in range(9):
+        if x[i] > 1.0:
+            break
+        total -= x[i]
+    for i in range(n - 1, k, -1):
+        total += x[i]
+    return total
 
 
 @algorithm
@@ -176,6 +196,7 @@ def cases() -> dict[str, tuple[Any, tuple[Any, ...], tuple[str, ...]]]:
     some = np.abs(rng.normal(size=(ITEMS, 5)))
     some[::3, 2], some[::5, 1] = 0.0, -1.0
     counts, places = rng.integers(0, 9, ITEMS), np.tile(np.array([-5, 3, 9, 0]), (ITEMS, 1))
+    some_nine = rng.normal(size=(ITEMS, 9))
     return {
         "returns": (void_returns, (x, k), ()), "returns, from one place": (void_returns, (x, np.array(4)), ("k",)),
         "two results": (two, (x[:, 0], k), ()),
@@ -191,6 +212,8 @@ def cases() -> dict[str, tuple[Any, tuple[Any, ...], tuple[str, ...]]]:
         "guarded, one count": (guard, (some, np.array(3), places), ("n",)),
         "counting": (recount, (x6, k, np.array(5)), ("n",)),
         "counting, one start": (recount, (x6, np.array(2), k), ("k",)),
+        "one name": (one_name, (counts % 9, np.array(7), some_nine), ("n",)),
+        "one name, parted": (one_name, (counts % 9, counts, some_nine), ()),
         "sorting": (sort_of, (rng.normal(size=(ITEMS, 6)),), ()),
     }  # fmt: skip
 
@@ -207,3 +230,36 @@ def test_lanes_have_the_bits_of_single_items(name: str) -> None:
             if b.dtype.kind == "f":
                 known = ~np.isnan(b)
                 np.testing.assert_array_equal(np.signbit(own[known]), np.signbit(b[known]), err_msg=tag)
+
+
+@algorithm
+def grow(p: IntVector[3], x: InOut[Vector[2]]) -> None:
+    """A number of steps that is behind another number."""
+    for _ in range(p[1]):
+        x[0] = x[0] * 1.5 + 0.1
+
+
+@algorithm
+def grow_all(p: InOut[IntVector[4]], x: InOut[Vector[2]]) -> None:
+    """The same of a part, and a number that changes."""
+    for _ in range(p[2]):
+        grow(p[1:4], x)
+        p[0] += 1
+
+
+def test_elements_that_items_share_part_none() -> None:
+    root = grow_all.instance()
+    assert any(paths.divergent for paths in Lanes(root, ()).paths.values())
+    assert not any(paths.divergent for paths in Lanes(root, (), {"p": [2]}).paths.values())
+    with pytest.raises(AlgorithmError, match="grow_all changes an element of p that items share"):
+        Lanes(root, (), {"p": [0, 2]})
+
+
+def test_elements_that_items_share_leave_the_bits() -> None:
+    rng = np.random.default_rng(4)
+    p, x = rng.integers(0, 9, (ITEMS, 4)), rng.normal(size=(ITEMS, 2))
+    p[:, 2] = 3
+    expected = grow_all(p, x)
+    for tag in TAGS:
+        for a, b in zip(by_lanes(grow_all, (p, x), ITEMS, tag, (), {"p": [2]}), expected, strict=True):
+            np.testing.assert_array_equal(a, b, err_msg=tag)

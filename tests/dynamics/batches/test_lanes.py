@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import bladesmith as bs
-from bladesmith import dynamics
+from bladesmith import dynamics, kinematics
 from bladesmith.codegen.build import extension
 from bladesmith.codegen.build.cpu_features import has_wide_vectors
 from bladesmith.codegen.programs.dynamics import wide
@@ -27,7 +27,17 @@ BETWEEN = (*LOADED, dynamics.Spring((0.2, 0.1, 0.0), (0.0, 0.3, 0.0), 20.0, 0.1,
 CASES = [
     ("rk4", (), 1), ("rk4", (GRAVITY,), 1), ("rk4", BETWEEN, 2), ("rkmk4", LOADED, 1), ("cf4", LOADED, 1),
     ("midpoint", (GRAVITY,), 2), ("strang", (), 1), ("yoshida6", (GRAVITY,), 1), ("adaptive", LOADED, 1),
-    ("adaptive", BETWEEN, 2),
+    ("adaptive", BETWEEN, 2), ("taylor", (), 1), ("taylor", LOADED, 1), ("taylor", BETWEEN, 2),
+]  # fmt: skip
+#: Pins that leave a body a group of motions: turns about a point, and about an axis.
+POINTS = ((0.1, -0.2, 0.3), (0.4, 0.1, -0.2))
+PINNED = [
+    ("rk4", LOADED, 2), ("adaptive", LOADED, 1), ("taylor", (GRAVITY,), 1), ("taylor", LOADED, 2),
+]  # fmt: skip
+#: The same by multipliers, and two bodies on hinges.
+CONSTRAINED = [
+    ("rk4", LOADED, 1, "projection"), ("rk4", (GRAVITY,), 1, "baumgarte"), ("adaptive", LOADED, 1, "projection"),
+    ("taylor", (GRAVITY,), 1, "projection"), ("rkmk4", BETWEEN, 2, "projection"),
 ]  # fmt: skip
 
 
@@ -53,36 +63,67 @@ def arrays_of(trajectory: dynamics.Trajectory) -> list[np.ndarray]:
     return [np.asarray(data.steps), np.asarray(data.ending), *(a for row in data.rows.values() for a in row.values())]
 
 
-def results_of(case: tuple[str, Any, int], algebra: Any, threads: int, **options: Any) -> list[np.ndarray]:
-    integrator, loads, count = case
-    options = {**({"rtol": 1e-9} if integrator == "adaptive" else {"step": 0.013}), **options}
-    given = bodies(algebra, count)
-    simulation = dynamics.Simulation(given, list(loads), integrator=integrator)
-    found = simulation.run(TIMES[-1], times=TIMES, threads=threads, **options)
-    return arrays_of(found)
+def results_of(simulation: dynamics.Simulation, threads: int, project: bool) -> list[np.ndarray]:
+    adapts = simulation.integrator in ("adaptive", "taylor")
+    options: dict[str, Any] = {"rtol": 1e-9} if adapts else {"step": 0.013}
+    return arrays_of(simulation.run(TIMES[-1], times=TIMES, threads=threads, project=project, **options))
 
 
-@pytest.mark.compiles
-@pytest.mark.parametrize("algebra", [bs.cga3d, bs.pga3d], ids=["cga", "pga"])
-@pytest.mark.parametrize("case", CASES, ids=lambda c: f"{c[0]}-{len(c[1])}-{c[2]}")
-def test_simulations_of_a_batch_have_the_bits_of_single_ones(case: Any, algebra: Any, monkeypatch: Any) -> None:
-    several = [results_of(case, algebra, threads) for threads in (1, 2)]
+def assert_the_bits_of_single_ones(simulation: Any, monkeypatch: Any, project: bool = False) -> None:
+    several = [results_of(simulation, threads, project) for threads in (1, 2)]
     monkeypatch.setattr(driver, "WIDE_BATCH", 1 << 30)
-    one_by_one = results_of(case, algebra, 1)
+    one_by_one = results_of(simulation, 1, project)
     for found in several:
         for a, b in zip(found, one_by_one, strict=True):
             assert a.tobytes() == b.tobytes()
 
 
 @pytest.mark.compiles
-def test_a_simulation_that_fails_leaves_the_others_as_they_are(monkeypatch: Any) -> None:
+@pytest.mark.parametrize("algebra", [bs.cga3d, bs.pga3d], ids=["cga", "pga"])
+@pytest.mark.parametrize("case", CASES, ids=lambda c: f"{c[0]}-{len(c[1])}-{c[2]}")
+def test_simulations_of_a_batch_have_the_bits_of_single_ones(case: Any, algebra: Any, monkeypatch: Any) -> None:
+    integrator, loads, count = case
+    simulation = dynamics.Simulation(bodies(algebra, count), list(loads), integrator=integrator)
+    assert_the_bits_of_single_ones(simulation, monkeypatch)
+
+
+@pytest.mark.compiles
+@pytest.mark.parametrize("algebra", [bs.cga3d, bs.pga3d], ids=["cga", "pga"])
+@pytest.mark.parametrize("case", PINNED, ids=lambda c: f"{c[0]}-{len(c[1])}-{c[2]}")
+def test_pinned_bodies_of_a_batch_have_the_bits_of_single_ones(case: Any, algebra: Any, monkeypatch: Any) -> None:
+    integrator, loads, count = case
+    pins = [dynamics.Pin(algebra.point(x)) for x in POINTS[:count]]
+    body = bodies(algebra, 1)
+    simulation = dynamics.Simulation(body, list(loads), pins, integrator=integrator, stabilization="null-space")
+    assert_the_bits_of_single_ones(simulation, monkeypatch, project=True)
+
+
+@pytest.mark.compiles
+@pytest.mark.parametrize("case", CONSTRAINED, ids=lambda c: f"{c[0]}-{len(c[1])}-{c[2]}-{c[3]}")
+def test_constraints_of_a_batch_have_the_bits_of_single_ones(case: Any, monkeypatch: Any) -> None:
+    integrator, loads, count, how = case
+    options: dict[str, Any] = {"integrator": integrator, "stabilization": how}
+    if count == 1:
+        pin = dynamics.Pin(bs.cga3d.point(POINTS[0]))
+        simulation = dynamics.Simulation(bodies(bs.cga3d, 1), list(loads), [pin], **options)
+    else:
+        circles = [bs.cga3d.circle(x, axis, 1.0) for x, axis in zip(POINTS, ((0, 1, 0), (0.6, 0, 0.8)), strict=True)]
+        ends = zip(("base", "body0"), ("body0", "body1"), circles, strict=True)
+        system = dynamics.System(bodies(bs.cga3d, 2).bodies, [kinematics.Revolute(*each) for each in ends])
+        simulation = dynamics.Simulation(system, list(loads), coordinates="maximal", **options)
+    assert_the_bits_of_single_ones(simulation, monkeypatch, project=True)
+
+
+@pytest.mark.compiles
+@pytest.mark.parametrize("integrator", ["adaptive", "taylor"])
+def test_a_simulation_that_fails_leaves_the_others_as_they_are(integrator: str, monkeypatch: Any) -> None:
     rng = np.random.default_rng(6)
     spin = rng.normal(size=(COUNT, 3))
     spin[13], spin[40] = 1e200, 1e160
 
     def run() -> list[np.ndarray]:
         body = dynamics.RigidBody(1.0, (1.0, 2.0, 2.5), angular_velocity=spin)
-        return arrays_of(dynamics.Simulation(body, LOADED, integrator="adaptive").run(0.5, times=TIMES, rtol=1e-9))
+        return arrays_of(dynamics.Simulation(body, LOADED, integrator=integrator).run(0.5, times=TIMES, rtol=1e-9))
 
     several = run()
     monkeypatch.setattr(driver, "WIDE_BATCH", 1 << 30)
@@ -101,5 +142,5 @@ def test_large_results_run_one_by_one() -> None:
 
 def test_what_runs_several_at_once() -> None:
     assert wide.is_wide(DynamicsConfig(method="rk4"))
-    for changed in ({"mode": "constrained"}, {"callbacks": True}, {"tangents": 2}, {"method": "taylor"}):
+    for changed in ({"callbacks": True}, {"tangents": 2}, {"method": "implicit"}):
         assert not wide.is_wide(DynamicsConfig(**{"method": "rk4", **changed}))

@@ -41,7 +41,8 @@ def test_coefficients_of_a_pendulum(algebra: Any) -> None:
     w, p = np.zeros(work.numbers.size), np.zeros(work.integers.size, np.int64)
     for fields, record, row in zip(driver._constants, (work.numbers, work.integers), (w, p), strict=True):
         for name, value in fields.items():
-            row[record.offsets[name]] = 0 if name == "handle" else value
+            first = record.offsets[name]
+            row[first : first + np.size(value)] = 0 if name == "handle" else value
     (find_coefficients,) = simulation_algorithms_of(needs)[2]
     numbers, shared = driver.assembly.parameters[0], driver.arrays()[0]
     start = np.zeros((ORDER + 1, 14))

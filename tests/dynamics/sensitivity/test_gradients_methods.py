@@ -108,7 +108,8 @@ def last_state(driver: Any, numbers: Any, motors: Any, twists: Any) -> np.ndarra
     w, p, kept = np.zeros(work.numbers.size), np.zeros(work.integers.size, np.int64), np.zeros(kept_row.size, object)
     for fields, record, row in zip(driver._constants, (work.numbers, work.integers), (w, p), strict=True):
         for name, value in fields.items():
-            row[record.offsets[name]] = 0 if name == "handle" else value
+            first = record.offsets[name]
+            row[first : first + np.size(value)] = 0 if name == "handle" else value
     for name, values in (("motors", motors), ("twists", twists)):
         kept[kept_row.offsets[name] :][: len(values)] = values
     control, progress = np.zeros(Control.size, np.int64), np.zeros(Progress.size, np.int64)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,10 +18,13 @@ from bladesmith.codegen.targets.c.instances import BY_TAG, OF_KERNELS
 TAGS = ["f64_scalar", *(i.tag for i in OF_KERNELS if i.bits == 64 and runs(i))]
 
 
-def by_lanes(declared: Any, given: tuple[Any, ...], items: int, tag: str, shared: Collection[str] = ()) -> list[Any]:
+def by_lanes(
+    declared: Any, given: tuple[Any, ...], items: int, tag: str, shared: Collection[str] = (),
+    still: Mapping[str, Collection[int]] | None = None,
+) -> list[Any]:  # fmt: skip
     """Results as the algorithm's own call has them: arrays that are written, then what is returned."""
     function = declared.function_for(given)
-    library = extension.load(algorithm_extension(function, (BY_TAG[tag],), shared))
+    library = extension.load(algorithm_extension(function, (BY_TAG[tag],), shared, still))
     arrays, strides, counts, results = [], [], [], []
     inputs = iter(given)
     for p in function.parameters:

@@ -10,6 +10,7 @@ from ....ir.loops.nodes import (
     Binary,
     Break,
     Call,
+    Constant,
     Continue,
     Expression,
     For,
@@ -39,13 +40,19 @@ Loops = tuple[tuple[Statement, Path], ...]
 OUTSIDE: Path = (-1,)
 
 
+def element(array: str, place: int) -> str:
+    """Among names of what differs: an element, of an array that differs, which all items share as they do its field."""
+    return f"{array}[{place}]"
+
+
 def varies(names: Collection[str], expression: Expression) -> bool:
     """Whether a number differs between items, where numbers and arrays of these names do."""
     match expression:
         case Variable(name, _):
             return name in names
         case Load(array, index):
-            return array.name in names or varies(names, index)
+            differs = array.name in names and element(array.name, _first(index)) not in names
+            return differs or varies(names, index)
         case Unary(_, operand, _):
             return varies(names, operand)
         case Binary(_, left, right, _):
@@ -56,6 +63,17 @@ def varies(names: Collection[str], expression: Expression) -> bool:
             return name != "any" and any(varies(names, a) for a in arguments)
         case _:
             return False
+
+
+def _first(index: Expression) -> int:
+    """Where the field begins that an element is of: what is known of its index."""
+    match index:
+        case Constant(value):
+            return int(value)
+        case Binary("+", left, right, _):
+            return _first(left) + _first(right)
+        case _:
+            return 0
 
 
 def argument_varies(names: Collection[str], argument: Expression | View) -> bool:

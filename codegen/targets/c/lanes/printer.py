@@ -18,6 +18,7 @@ from ....ir.loops.nodes import (
     Function,
     Intrinsic,
     KernelSignature,
+    Load,
     Select,
     Statement,
     Store,
@@ -59,7 +60,7 @@ class LanePrinter(CLoopPrinter):
 
     def function_name(self, function: Function) -> str:
         name = super().function_name(function)
-        return f"{name}_shared" if self._names_shared and not function.is_library else name
+        return f"{name}_shared" if self._names_shared and function.body else name
 
     def type_of(self, name: str, scalar: Scalar) -> str:
         return _TYPES[scalar] if name in self.names else super().type_of(name, scalar)
@@ -79,7 +80,10 @@ class LanePrinter(CLoopPrinter):
     def load(self, array: Array, index: Expression) -> str:
         if varies(self.names, index):
             return f"FN({_access('take', array, self.names)})({c_name(array.name)}, {self.text(index)})"
-        return f"{c_name(array.name)}[{self.text(index)}]" if array.name in self.names else super().load(array, index)
+        if array.name not in self.names:
+            return super().load(array, index)
+        found = f"{c_name(array.name)}[{self.text(index)}]"
+        return found if varies(self.names, Load(array, index)) else f"BS_LANE({found}, 0)"
 
     def _statement(self, statement: Statement, declared: set[str], body: Sequence[Statement]) -> list[str]:
         match statement:
@@ -188,7 +192,7 @@ def lanes_text(lanes: Lanes) -> str:
     """C text of all functions, callees first."""
     printed = []
     for function in lanes.functions:
-        if function.is_library:
+        if not function.body:  # a function of C
             continue
         if function in lanes.shared:
             printed.append(LanePrinter(function, lanes, is_shared=True))

@@ -6,13 +6,14 @@ that some items leave before others.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 from ....errors import AlgorithmError
 from ....ir.loops.nodes import (
     Assign,
     Call,
+    Constant,
     For,
     Function,
     KernelSignature,
@@ -27,7 +28,7 @@ from ....ir.loops.nodes import (
 )  # fmt: skip
 from ....ir.loops.types import REAL
 from ...loops import in_calling_order
-from .paths import OUTSIDE, Path, Paths, argument_varies, is_wide_call, outputs, shared_results, varies
+from .paths import OUTSIDE, Path, Paths, argument_varies, element, is_wide_call, outputs, shared_results, varies
 
 
 class Needs(NamedTuple):
@@ -55,6 +56,8 @@ class Lanes:
     root : Function
     shared : collection of str
         Its parameters that all items share.
+    still : mapping of str to collection of int, optional
+        Elements that all items share of its other parameters, which nothing changes: whole fields of records.
 
     Attributes
     ----------
@@ -73,16 +76,20 @@ class Lanes:
     Raises
     ------
     AlgorithmError
-        If an array that all items share is changed by only some, or differs in its length.
+        If an array that all items share is changed by only some, or differs in its length; if an element is changed.
     """
 
-    def __init__(self, root: Function, shared: Collection[str]) -> None:
+    def __init__(
+        self, root: Function, shared: Collection[str], still: Mapping[str, Collection[int]] | None = None
+    ) -> None:
         functions, _ = in_calling_order([root])
         self.root = root
         self.names: dict[Function, set[str]] = {f: set() for f in functions}
         self.functions = functions
         self.results = {f: [False] * len(f.results) for f in functions}
         self.names[root] = {p.name for p in root.parameters if p.name not in shared}
+        for f, elements in _still_elements(root, functions, still or {}).items():
+            self.names[f].update(element(*each) for each in elements)
         self.results[root] = [t == REAL for t in root.results]
         self.printed: dict[Function, Function] = {}
         self.paths: dict[Function, Paths] = {}
@@ -203,3 +210,30 @@ class Lanes:
             if isinstance(statement, Store) and varies(names, statement.index):
                 return ALWAYS
         return Needs(False, frozenset(n for n in changed if paths.homes[n] == OUTSIDE))
+
+
+#: Elements of arrays by name.
+_Elements = set[tuple[str, int]]
+
+
+def _still_elements(
+    root: Function, functions: Sequence[Function], still: Mapping[str, Collection[int]]
+) -> dict[Function, _Elements]:
+    """Of every function the elements that all items share, of arrays that differ otherwise: as all calls have it."""
+    found: dict[Function, _Elements] = {root: {(name, place) for name, places in still.items() for place in places}}
+    for function in reversed(functions):  # callers first
+        here = found.setdefault(function, set())
+        for statement in function.walk():
+            match statement:
+                case Store(array, Constant(place), _) if (array.name, int(place)) in here:
+                    raise AlgorithmError(f"{function.name} changes an element of {array.name} that items share")
+            if not (isinstance(statement, Call) and isinstance(statement.callee, Function)):
+                continue
+            given: _Elements = set()
+            for p, a in zip(statement.callee.parameters, statement.arguments, strict=True):
+                if isinstance(a, View) and isinstance(a.offset, Constant):
+                    begin = int(a.offset.value)
+                    given |= {(p.name, place - begin) for name, place in here if name == a.array.name}
+            known = found.get(statement.callee)
+            found[statement.callee] = given if known is None else known & given
+    return found
