@@ -292,4 +292,4 @@ def test_ours_are_the_same_problems_too(bench):
 
 def test_peers_that_are_missing_are_said_to_be(bench, monkeypatch):
     monkeypatch.setattr(bench.peers, "find_spec", lambda name: None)
-    assert [(setting, run) for _, setting, run in bench.peers.runs(bench.FREE)] == 5 * [("not installed", None)]
+    assert [(setting, run) for _, setting, run in bench.peers.runs(bench.FREE)] == 6 * [("not installed", None)]

@@ -20,6 +20,7 @@ import pytest
 
 import bladesmith as bs
 from bladesmith import registration
+from bladesmith.codegen.build import installed
 from bladesmith.codegen.build.flags import compiled_files, source_hash
 from bladesmith.codegen.errors import DeviceError, InputError, MissingExtraError
 from bladesmith.codegen.execute import cuda_items, numba_cache, numba_jit
@@ -29,7 +30,6 @@ from bladesmith.codegen.execute.items import CompiledLoop
 from bladesmith.codegen.programs.registration.program import ALGORITHMS, reform_numba
 from bladesmith.codegen.programs.registration.registration import KINDS, matched_as, set_name
 from bladesmith.codegen.targets.cuda.printer import DRIVER_OPTIONS, self_contained, stock_source
-from bladesmith.dispatch import installed
 from bladesmith.registration.backends import algorithms, cuda, interface
 from bladesmith.registration.backends.driver import Driver
 from bladesmith.registration.backends.model_rows import CenterRule, MatchCriterion, ModelData
