@@ -16,6 +16,7 @@ from bladesmith.benchmarks.studies.dynamics import (
     drift,
     exact_motions,
     integrators,
+    lanes,
     pendulums,
     stiffness,
     tops,
@@ -24,7 +25,7 @@ from bladesmith.benchmarks.studies.dynamics import (
 
 from ..support.scripts import script
 
-NAMES = ("tops", "pendulums", "drift", "violations", "stiffness")
+NAMES = ("tops", "pendulums", "drift", "violations", "stiffness", "lanes")
 GRAVITY = np.array([0.3, -1.0, -9.0])
 UNEQUAL = np.array([1.0, 2.0, 2.5])
 
@@ -194,6 +195,17 @@ def test_a_small_study_runs_and_is_judged():
 
 def row(method, error, ns, lost=0, worst=""):
     return Measurement(method, "", "", "c", "ordinary", 1, error, worst, lost, "x; auto takes a", ns, "")
+
+
+@pytest.mark.compiles
+def test_batches_on_lanes_have_the_errors_of_those_one_at_a_time():
+    motions = motions_of(lanes.STUDY.cases[1], lanes.COUNT)
+    methods = {m.name: m for m in lanes.STUDY.methods}
+    for name in ("rk4", "taylor"):
+        setting = lanes.INTEGRATORS[name][1][0]
+        one, several = (methods[f"{name}, {how}"].run(motions, setting) for how in ("one at a time", "on lanes"))
+        for field in ("orientation", "spin", "position"):
+            assert np.array_equal(getattr(one, field), getattr(several, field))
 
 
 def test_verdicts_name_the_fastest_that_is_right_and_the_most_exact():
