@@ -143,20 +143,20 @@ class AddedKernel:
         If this processor cannot run it, or there are too many.
     """
 
-    _numbers: ClassVar[dict[int, int]] = {}
+    _numbers: ClassVar[dict[tuple[Any, int], int]] = {}
     _adding: ClassVar[Lock] = Lock()
 
     def __init__(self, module: Any, symbol: str, unit: int) -> None:
         self.module, self.symbol = module, symbol
         self.ffi, self.lib = module.ffi, module.lib
         with self._adding:
-            number = self._numbers.get(unit)
+            number = self._numbers.get((self.lib, unit))
             if number is None:
                 number = self.lib.bs_add_kernel(self.ffi.cast("void *", unit))
                 if number < 0:
                     why = "this processor does not run what was compiled" if number == -1 else "too many kernels"
                     raise LoopError(f"{symbol}: {why}", remedy="Set CC to gcc or clang, or use target='numba'")
-                self._numbers[unit] = number
+                self._numbers[self.lib, unit] = number
         self.index = {symbol: number}
 
     def provide(self, symbol: str, single: bool) -> bool:

@@ -51,6 +51,8 @@ class BoundRun:
         ------
         SimulationError
             If it cannot continue; its ``trajectory`` holds the states until then. The next call begins anew.
+        KeyboardInterrupt
+            The next call begins where this one did; or at its end, if that was reached: see ``time``.
         """
         self._kept.fill(0.0)
         self._progress.fill(0)
@@ -58,9 +60,14 @@ class BoundRun:
         run = self._run
         np.add(self._relative, self._count * self._relative[-1], run.times)
         self._reached[0, 0] = run.times[0]
-        self._bound(0, 1)
-        while self._stored[0] < self._last and not self._status[0]:  # interrupts are heard between
+        try:
             self._bound(0, 1)
+            while self._stored[0] < self._last and not self._status[0]:  # interrupts are heard between
+                self._bound(0, 1)
+        except BaseException:
+            if self._stored[0] == self._last and not self._status[0]:  # heard behind the last step
+                self._count, self._ends = self._count + 1, self._end
+            raise
         if self._status[0]:
             self.restart()
             raise_ending(run, self.trajectory)

@@ -7,6 +7,7 @@ import pytest
 
 from bladesmith import cga3d, dynamics, kinematics
 from bladesmith.codegen.errors import ConstraintError, InputError, SimulationError
+from bladesmith.dynamics.integration import runs
 
 DOWN = dynamics.Gravity((0.0, 0.0, -9.81))
 
@@ -67,6 +68,39 @@ def test_functions_see_time_go_on_and_their_errors_come_out():
     seen.clear()
     bound()
     assert seen[0] == 0.0, "it begins anew"
+
+
+@pytest.mark.parametrize("steps", [0, 5, 30])
+def test_after_an_interrupt_states_and_time_belong_together(steps):
+    """Before the first step, in between, and heard when the last one was done."""
+    seen = []
+    pushed = dynamics.Simulation(
+        body(), [dynamics.WorldWrench(lambda time: (seen.append(time), dynamics.wrench((np.sin(time), 0, 0), 0))[1])],
+        integrator="rk4",
+    )  # fmt: skip
+    bound, whole = (pushed.bound(0.3, step=0.01, times=[0.3]) for _ in range(2))
+    bound()
+    whole()
+    advance, count = bound._bound, bound._run.driver.budget
+    assert count >= 30
+
+    def interrupted(begin, end):
+        if steps:
+            bound._run._control[runs._BUDGET] = steps
+            advance(begin, end)
+        raise KeyboardInterrupt
+
+    bound._bound = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        bound()
+    bound._bound, bound._run._control[runs._BUDGET] = advance, count
+    done = 1 + (steps == 30)
+    seen.clear()
+    bound()
+    assert min(seen) == pytest.approx(0.3 * done) and bound.time == pytest.approx(0.3 * (done + 1))
+    for _ in range(done):
+        whole()
+    assert np.array_equal(bound.trajectory.motor.values, whole.trajectory.motor.values)
 
 
 def test_a_start_off_the_constraints_is_refused():

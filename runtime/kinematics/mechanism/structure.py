@@ -276,8 +276,13 @@ class Assembly:
         return {}
 
     @cached_property
-    def item_plans(self) -> dict[Any, Any]:
+    def pose_plans(self) -> dict[Any, Any]:
         """What calls of single poses share, by the joints that they drive; see `poses.item`."""
+        return {}
+
+    @cached_property
+    def jacobian_plans(self) -> dict[Any, Any]:
+        """What calls of single Jacobians share, by inputs, outputs and method."""
         return {}
 
     @cached_property

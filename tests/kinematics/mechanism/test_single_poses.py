@@ -196,4 +196,29 @@ def test_plans_are_few(monkeypatch):
         point = np.array([k, 1.0, 0.0])
         found = m.jacobian("a", ("crank", point), poses=at)
         np.testing.assert_allclose(found[:, 0], np.cross(AXIS, moved(at, "crank", point)), atol=1e-10)
-    assert len(m.item_plans) <= item.MOST_PLANS and len(m.drivers) == 2
+    assert len(m.jacobian_plans) <= item.MOST_PLANS and len(m.drivers) == 2
+    assert len(m.pose_plans) == 1, "those of poses stay, however many points there are"
+
+
+def test_joints_may_have_any_names():
+    """Names that read like what is asked of a Jacobian."""
+    m = kin.Mechanism(["ground", "x", "y", "z"], "ground")
+    names = ("first", "second", "elimination")
+    for k, (a, b) in enumerate((("ground", "x"), ("x", "y"), ("y", "z"))):
+        m.add(hinge(a, b, [k, 0, 0], AXIS), names[k])
+    for _ in range(2):
+        poses = m.solve_pose(dict.fromkeys(names, 0.1))
+        assert m.jacobian("first", "second", poses=poses, strict=False).shape == (1, 1)  # free: not determined
+
+
+def test_motors_in_single_precision(short):
+    m = bar()
+    start = m.solve_pose({"a": 0.1})
+    rounded = start.own.astype(np.float32)
+    start.own = rounded.astype(float)
+    expected = m.solve_pose({"a": 0.2}, start=start), m.solve_pose({"a": np.array([0.2])}, start=start)
+    start.own = rounded
+    for value, wanted in zip((0.2, np.array([0.2])), expected, strict=True):
+        found = m.solve_pose({"a": value}, start=start)
+        assert np.all(found.status == Status.OK)
+        np.testing.assert_array_equal(found.own, wanted.own)

@@ -27,7 +27,7 @@ from .jacobians import CLOSED, requested
 from .solver import initial_motors
 
 Array = NDArray[Any]
-#: Plans that a mechanism keeps.
+#: Plans of poses that a mechanism keeps, and of Jacobians.
 MOST_PLANS = 64
 #: Classes of single coordinates.
 _NUMBERS = (float, np.float64)
@@ -95,7 +95,7 @@ def solve_item(mechanism: Assembly, driven: Any, start: Any, strict: Any) -> Pos
         if value.__class__ not in _NUMBERS or not isfinite(value):
             return None
     key = tuple([x if x.__class__ is str else id(x) for x in driven])  # of joints that the mechanism holds
-    plans = mechanism.item_plans
+    plans = mechanism.pose_plans
     plan = plans.get(key)
     if plan is None:
         joints = [mechanism.find_joint(x) if isinstance(x, Joint) or x.__class__ is str else None for x in driven]
@@ -167,7 +167,7 @@ def jacobian_item(mechanism: Assembly, inputs: Any, outputs: Any, poses: Any, me
     key = _key(inputs, held), _key(outputs, held), method
     if None in key:
         return None
-    plans = mechanism.item_plans
+    plans = mechanism.jacobian_plans
     plan = plans.get(key)
     if plan is None:
         if len(plans) >= MOST_PLANS:

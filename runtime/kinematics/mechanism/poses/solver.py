@@ -169,6 +169,6 @@ def initial_motors(mechanism: Assembly, begin: Poses | None, shape: tuple[int, .
     own[..., mechanism.algebra.kind("motor").blades.index(0)] = 1
     if begin is None or not bodies:
         return own, bad
-    motors = np.broadcast_to(begin.own, (*shape, bodies, 8)).reshape(count, bodies, 8)
-    bad = ~np.isfinite(motors).all((-1, -2))
+    motors = np.broadcast_to(np.asarray(begin.own, np.float64), (*shape, bodies, 8)).reshape(count, bodies, 8)
+    bad = np.asarray(~np.isfinite(motors).all((-1, -2)))
     return np.where(bad[:, None, None], own, motors) if bad.any() else np.ascontiguousarray(motors), bad
