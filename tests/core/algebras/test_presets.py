@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pickle
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -130,3 +131,12 @@ def test_matrices_of_motions_of_the_plane_are_checked() -> None:
 def test_algebras_without_parameters_say_so() -> None:
     with pytest.raises(bs.errors.KindError, match="no kind that has parameters.$"):
         bs.sta.boost([0.6, 0, 0]).parameters()
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_files_give_back_the_algebra_and_its_kinds(name: str, tmp_path: Path) -> None:
+    algebra = getattr(bs, name)
+    members = {kind: algebra.random(kind, n=2, seed=1) for kind in algebra.kinds}
+    bs.save(tmp_path / "members.npz", **members)
+    for kind, x in bs.load(tmp_path / "members.npz").items():
+        assert x.algebra is algebra and x.kind == members[kind].kind and x.isclose(members[kind]).all()
