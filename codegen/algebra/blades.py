@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, groupby
 
 from ..errors import BladeError, SignatureError, SpecError, one_line, suggest
 
@@ -234,14 +234,17 @@ class BladeBasis:
     # -- names ---------------------------------------------------------------------------------------------
 
     def blade_name(self, blade: int) -> str:
-        """Readable name, for example ``"1"``, ``"e12"``, ``"e1noni"``, ``"e1_12"``."""
+        """Readable name, for example ``"1"``, ``"e12"``, ``"e1noni"``, ``"e1_12"``; in the order of the vectors."""
         if blade == 0:
             return "1"
-        labels = [v for i, v in enumerate(self.vectors) if blade >> i & 1]
-        digits = [v for v in labels if v.isdigit()]
-        words = [v for v in labels if not v.isdigit()]
         joint = "_" if self.has_wide_labels else ""
-        return joint.join([*(["e" + joint.join(digits)] if digits else []), *words])
+        runs = self.label_runs(blade)
+        return joint.join(("e" if run[0].isdigit() else "") + joint.join(run) for run in runs)
+
+    def label_runs(self, blade: int) -> list[list[str]]:
+        """Labels of a blade's vectors in storage order, those with numbers and those of letters in turn."""
+        labels = [v for i, v in enumerate(self.vectors) if blade >> i & 1]
+        return [list(run) for _, run in groupby(labels, str.isdigit)]
 
     @cached_property
     def has_wide_labels(self) -> bool:

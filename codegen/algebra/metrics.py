@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
+from itertools import islice
 from numbers import Rational, Real
 from operator import index
 from typing import Any
 
 from ..errors import SignatureError, SpecError, one_line, suggest
-from .blades import check_dimension, metric_entry, validated_identifier
+from .blades import MAX_DIMENSION, check_dimension, metric_entry, validated_identifier
 
 Metric = list[list[Fraction]]
 #: A binary fraction with a larger denominator is taken for a rounded decimal one, such as 0.1.
@@ -68,10 +69,10 @@ def read_labels(vectors: str | Iterable[str]) -> list[str]:
         names: Sequence[Any] = vectors.replace(",", " ").split()
     else:
         try:
-            names = list(vectors)
+            names = list(islice(vectors, MAX_DIMENSION + 1))
         except TypeError:
             raise SignatureError(f"vectors is {one_line(vectors)}; it is a text such as 'e1 e2 no ni'.") from None
-    check_dimension(len(names), f"vectors names {len(names)}")
+    check_dimension(len(names), "vectors names too many")
     labels = [_label(name) for name in names]
     if len(set(labels)) != len(labels):
         twice = next(name for i, name in enumerate(names) if labels[i] in labels[:i])
@@ -100,10 +101,10 @@ def from_squares(squares: Iterable[Any]) -> Metric:
         If one is not 1, -1 or 0.
     """
     try:
-        values = list(squares)
+        values = list(islice(squares, MAX_DIMENSION + 1))
     except TypeError:
         values = [squares]
-    check_dimension(len(values), f"the signature has {len(values)} entries")
+    check_dimension(len(values), "the signature has too many entries")
     entries = [exact_entry(value, f"entry {i} of the signature") for i, value in enumerate(values)]
     for i, entry in enumerate(entries):
         if entry not in (1, -1, 0):

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..algebra import multivector as scalars
 from ..algebra.multivector import Multivector
-from ..errors import GradeError
+from ..errors import GradeError, TraceError, one_line
 from .motions import interpolation, rotors
 from .objects import blades
 from .products import exponentials, invariant, inverses, versors
@@ -24,7 +24,17 @@ def _value(found: Any) -> Multivector:
 
 
 def _is_scalar(x: Multivector) -> bool:
+    if not isinstance(x, Multivector):
+        raise TraceError(
+            f"an argument is {one_line(x)}; functions of codegen.ga are for multivectors of formulas.",
+            remedy="Outside of them call the methods, x.exp(), x.log(), ...",
+        )
     return not set(x.terms) - {0}
+
+
+def _check_conformal(x: Multivector, name: str) -> None:
+    if "ni" not in x.algebra.vectors:
+        raise GradeError(f"{name} in a formula is that of conformal geometry, and {x.algebra.name} is none.")
 
 
 def exp(x: Multivector) -> Multivector:
@@ -89,12 +99,28 @@ def project(x: Multivector) -> Multivector:
 
 
 def rotor_between(x: Multivector, y: Multivector) -> Multivector:
-    """The rotor R with R x ~R = y, of unit objects of one kind (thesis 2.4)."""
+    """The rotor R with R x ~R = y, of unit objects of one kind of conformal geometry (thesis 2.4).
+
+    Spheres, and circles in the plane, that face away from each other so that no rotor takes x to y, go to -y.
+
+    Raises
+    ------
+    GradeError
+        If the algebra is no conformal one.
+    """
+    _check_conformal(x, "rotor_between")
     return _value(rotors.rotor_between(x, y))
 
 
 def interpolate(x: Multivector, y: Multivector, alpha: Multivector) -> Multivector:
-    """The object between two of one kind: x where alpha is 1, y where it is 0 (thesis 3.5)."""
+    """The object between two of one kind: x where alpha is 1, y where it is 0 (thesis 3.5).
+
+    Raises
+    ------
+    GradeError
+        If the algebra is no conformal one.
+    """
+    _check_conformal(x, "interpolate")
     return _value(interpolation.interpolate(x, y, alpha))
 
 

@@ -7,6 +7,7 @@ vanishes by an identity of functions, such as sin(a)^2 + cos(a)^2 - 1, does not.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any, TypeAlias
@@ -69,7 +70,7 @@ def from_sympy(value: Any) -> Polynomial:
         return {ONE: value if isinstance(value, float) else Fraction(value)} if value != 0 else {}
     if value.is_Rational:
         return {ONE: Fraction(int(value.p), int(value.q))} if value else {}
-    if value.is_Float:
+    if value.is_Float and math.isfinite(float(value)):  # larger ones are atoms
         return {ONE: float(value)} if value else {}
     if value.is_Add:
         return plus((from_sympy(term), Fraction(1)) for term in value.args)
@@ -155,6 +156,8 @@ def reciprocal(polynomial: Polynomial) -> Polynomial:
         (monomial,) = polynomial
         return {tuple((atom, -exponent) for atom, exponent in monomial): inverse}
     monic = to_sympy({monomial: value * inverse for monomial, value in polynomial.items()})
+    if monic == 0:  # 2 - sqrt(2)^2, 1 + I^2
+        raise ZeroDivisionError("division by an expression that is zero")
     return {((ATOMS.number(monic), -1),): inverse}
 
 

@@ -169,11 +169,14 @@ def latex_blade(algebra: Any, blade: int) -> str:
     """Name of a blade in LaTeX."""
     if blade == 0:
         return "1"
-    labels = [v for i, v in enumerate(algebra.vectors) if blade >> i & 1]
-    digits = [v for v in labels if v.isdigit()]
-    joint = "," if any(len(v) > 1 for v in digits) else ""
-    words = [WORDS.get(v, rf"\mathbf{{{v}}}".replace("_", r"\_")) for v in labels if not v.isdigit()]
-    return (rf"\mathbf{{e}}_{{{joint.join(digits)}}}" if digits else "") + r" \wedge ".join(words)
+    runs = algebra.label_runs(blade)
+    joint = "," if any(len(v) > 1 for run in runs for v in run if v.isdigit()) else ""
+    return "".join(
+        rf"\mathbf{{e}}_{{{joint.join(run)}}}"
+        if run[0].isdigit()
+        else r" \wedge ".join(WORDS.get(v, rf"\mathbf{{{v}}}".replace("_", r"\_")) for v in run)
+        for run in runs
+    )
 
 
 #: Vectors that are not numbered.
@@ -184,11 +187,13 @@ def blade_text(algebra: Any, blade: int) -> str:
     """Name of a blade as it is printed: with subscripts, vectors whose numbers have several digits one by one."""
     if blade == 0 or not _options.get().unicode:
         return str(algebra.blade_name(blade))
-    labels = [v for i, v in enumerate(algebra.vectors) if blade >> i & 1]
-    digits = [v.translate(SUBSCRIPTS) for v in labels if v.isdigit()]
-    joint = "e" if algebra.has_wide_labels else ""
-    words = [UNICODE_WORDS.get(v, v) for v in labels if not v.isdigit()]
-    return ("e" + joint.join(digits) if digits else "") + ("\u2227" if joint else "").join(words)
+    joint, wedge = ("e", "\u2227") if algebra.has_wide_labels else ("", "")
+    return "".join(
+        "e" + joint.join(v.translate(SUBSCRIPTS) for v in run)
+        if run[0].isdigit()
+        else wedge.join(UNICODE_WORDS.get(v, v) for v in run)
+        for run in algebra.label_runs(blade)
+    )
 
 
 SUBSCRIPTS = str.maketrans("0123456789", "".join(chr(0x2080 + digit) for digit in range(10)))

@@ -22,7 +22,7 @@ def reciprocal_frame(algebra: Constructors[P], frame: P, strict: bool = False) -
     """The reciprocal frames of frames (..., k) of vectors; SINGULAR: dependent vectors, or a null span."""
     check_multivector(frame, "the frame")
     vectors = convert_to_kind(frame, algebra.kind("vector").layout)
-    if not frame.ndim or frame.shape[-1] > algebra.dimension:
+    if not frame.ndim or not 1 <= frame.shape[-1] <= algebra.dimension:
         raise ShapeError(f"the frame has the shape {frame.shape}; it ends in 1 to {algebra.dimension} vectors.")
     rows = embed(vectors, algebra.kind("vector")).astype(np.float64)
     sizes = np.abs(rows).max(-1, keepdims=True)
@@ -38,11 +38,11 @@ def reciprocal_frame(algebra: Constructors[P], frame: P, strict: bool = False) -
         identity = np.eye(gram.shape[-1])
         for _ in range(2):  # the Gram matrix has the square of the frame's condition: Newton's steps on the vectors
             found += np.swapaxes(identity - unit @ metric @ np.swapaxes(found, -1, -2), -1, -2) @ found
-        found = np.where(regular[..., None, None], found / np.where(sizes > 0, sizes, 1.0), np.nan)
-    status = np.where(regular, Status.OK, np.where(finite, Status.SINGULAR, Status.INVALID)).astype(np.uint8)
-    result = algebra.wrap(
-        algebra.kind("vector"), found.astype(frame.dtype), np.repeat(status[..., None], frame.shape[-1], -1)
-    )
+        found = (found / np.where(sizes > 0, sizes, 1.0)).astype(frame.dtype)
+    kept = regular & np.isfinite(found).all((-2, -1))  # lengths beyond the range of numbers are no answer
+    found = np.where(kept[..., None, None], found, frame.dtype.type(np.nan))
+    status = np.where(kept, Status.OK, np.where(finite & ~regular, Status.SINGULAR, Status.INVALID)).astype(np.uint8)
+    result = algebra.wrap(algebra.kind("vector"), found, np.repeat(status[..., None], frame.shape[-1], -1))
     if as_bool(strict, "strict"):
         raise_first(result._status, "reciprocal_frame")
     return result

@@ -113,7 +113,7 @@ class Outermorphism(Generic[P]):
         """
         if self.algebra.is_degenerate:
             raise SignatureError(f"the metric of {self.algebra.name} is degenerate; it gives maps no adjoint.")
-        metric = np.array(self.algebra.metric, float)
+        metric = np.array(self.algebra.metric, float).reshape(self.matrix.shape)
         return Outermorphism(self.algebra, np.linalg.solve(metric, self.matrix.T @ metric))
 
     def inverse(self) -> Outermorphism[P]:

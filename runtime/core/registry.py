@@ -99,9 +99,9 @@ def _algebra_of(labels: list[str], metric: metrics.Metric) -> Algebra:
     usual = algebra(p, q, r)
     if (usual.vectors, usual.metric) == (new.vectors, new.metric):
         return usual
-    reserved = [new.blade_name(1 << i) for i, label in enumerate(new.vectors) if is_reserved(label)]
-    if reserved:
-        raise SignatureError(f"{reserved[0]} cannot be the name of a basis vector: algebras have an attribute of it.")
+    reserved = next((label for label in new.vectors if is_reserved(label) or label in vars(usual)), None)
+    if reserved is not None:
+        raise SignatureError(f"{reserved} cannot be the name of a basis vector: algebras have an attribute of it.")
     data = {**data_from_algebra(new), "kinds": {}}
     digest = hashlib.sha256(repr((data["vectors"], data["metric"])).encode()).hexdigest()[:DIGITS]
     return Algebra.intern({**data, "name": f"cl{p}_{q}_{r}_{digest}"})

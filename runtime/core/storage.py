@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..codegen.algebra.blades import metric_entry, validated_identifier
-from ..codegen.algebra.loader import STOCK
+from ..codegen.algebra.loader import PRESETS, STOCK
 from ..codegen.errors import InputError, KindError
 from ..common.data_files import read_npz, write_npz
 from ..common.files import as_path
@@ -103,7 +103,7 @@ def _algebra(entry: dict[str, Any]) -> Algebra:
     """The stock or orthonormal algebra of this metric, else a plain one: kinds never come from a file."""
     name = validated_identifier(entry["algebra"], "the algebra's name")
     new = Algebra(name, [str(v) for v in entry["vectors"]], _metric(entry), entry["pseudoscalar"])
-    known = registry.stock_algebra(name) if name in STOCK else registry.algebra(*new.signature)
+    known = registry.stock_algebra(name) if name in (*STOCK, *PRESETS) else registry.algebra(*new.signature)
     same = (known.vectors, known.metric, known.pseudoscalar_sign) == (new.vectors, new.metric, new.pseudoscalar_sign)
     return known if same else registry.plain_algebra(new)
 

@@ -53,7 +53,7 @@ def to_matrix(x: Operators, representation: str) -> NDArray[Any]:
     row = np.repeat(np.arange(n), np.diff(table.starts))
     entry, column = (table.left, table.right) if representation == "left" else (table.right, table.left)
     matrix = np.zeros((n * n, x.size), x.dtype)
-    terms = x.values.reshape(x.size, -1)[:, entry] * table.weights.astype(x.dtype)
+    terms = x.values.reshape(x.size, len(own))[:, entry] * table.weights.astype(x.dtype)
     np.add.at(matrix, row * n + column, terms.T)
     return np.ascontiguousarray(matrix.T).reshape(*x.shape, n, n)
 

@@ -19,6 +19,7 @@ from ...common.validation import as_bool
 from ...dispatch.coefficients import embed
 from ...dispatch.formulas import evaluate_batch, item_value
 from ...dispatch.item_statuses import invalidate, invalidate_nonfinite, raise_first
+from ...status import Status
 from ..operators import Operators, P
 
 #: The series of `exp` runs on arguments of at most 2^-4, halved until they are.
@@ -150,6 +151,8 @@ def _rotor_function(x: P, name: str, strict: bool) -> P:
             f"{name} of a {x.kind.name} of {x.algebra.name}: it has no rotor's blades.",
             remedy="Rotors are even, with a scalar part",
         )
+    if not x.algebra.dimension:
+        raise NotARotorError(f"{name} in an algebra without vectors: there are no planes to turn in.")
     formula = x._type.memoize(name, lambda: _rotor_formula(x, name))
     try:
         usual = item_value(x.algebra, formula, (x,))
@@ -159,6 +162,8 @@ def _rotor_function(x: P, name: str, strict: bool) -> P:
     if not x.kind.constraints and not x._largest_coefficient() < MAX_SCALE[x.dtype]:
         with np.errstate(all="ignore"):  # no unit rotor has squares beyond the range of numbers; a formula's test has
             result = invalidate(result, ~np.isfinite(x.scalar_product(~x)._data[..., 0]))
+    if x.kind.blades == result.kind.blades == (0,):  # a number's form has no term that would carry NaN
+        result = invalidate(result, np.asarray(result.status == Status.INVALID))
     if strict is not False and as_bool(strict, "strict"):
         raise_first(result._status, name, NotARotorError)
     return result if name == "log" else _as_versor(result)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from operator import index
 from typing import Any
 
@@ -26,7 +27,7 @@ def power(x: P, exponent: Any, strict: bool = False) -> P:
     """
     whole = None if isinstance(exponent, bool | np.bool_) else _whole(exponent)
     if whole is None:
-        rows = real_array(exponent, "the exponent")
+        rows = real_array(float(exponent) if isinstance(exponent, Fraction) else exponent, "the exponent")
         return exp(log(x, strict) * rows, strict)
     as_int(abs(whole), "the exponent's size", 0, MAX_POWER)
     base = x if whole >= 0 else inverse(x, strict=strict)
@@ -46,7 +47,9 @@ def power(x: P, exponent: Any, strict: bool = False) -> P:
 
 def _whole(exponent: Any) -> int | None:
     """A whole number as such; also a float that is one."""
-    if isinstance(exponent, float) and exponent.is_integer():
+    if isinstance(exponent, Fraction):
+        return exponent.numerator if exponent.denominator == 1 else None
+    if isinstance(exponent, float | np.floating) and exponent.is_integer():
         return int(exponent)
     try:
         return index(exponent)

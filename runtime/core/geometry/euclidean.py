@@ -238,7 +238,7 @@ class EuclideanAlgebra(Algebra):
                 return unit
         raise KindError(
             f"this {x.kind.name} of {self.name} is of no kind that has parameters.",
-            remedy=f"They are those of: {', '.join(self.readers)}; see classify()",
+            remedy=f"They are those of: {', '.join(self.readers)}; see classify()" if self.readers else "",
         )
 
 

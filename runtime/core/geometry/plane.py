@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...common.validation import as_bool, real_array
 from ...dispatch.formulas import ArrayOperand
-from ...dispatch.item_statuses import invalidate
+from ...dispatch.item_statuses import invalidate, raise_first
 from ...status import Status
 from ..multivector import Multivector
 from .euclidean import EuclideanAlgebra, is_origin
@@ -27,14 +27,21 @@ class PlaneMotions(EuclideanAlgebra):
         return self.construct("motions.planar_rotor", *operands, strict=strict)
 
     def motor_from_matrix(self, matrix: Any, strict: bool = False) -> Multivector:
-        """Unit motor from homogeneous matrices (..., 3, 3)."""
-        m: NDArray[Any] = np.asarray(matrix, float)
+        """Unit motor from homogeneous matrices (..., 3, 3).
+
+        INVALID: the matrix is no rigid motion (to 1e-3; the rotation is made orthonormal within that).
+        """
+        m = real_array(matrix, "the matrix", (..., 3, 3)).astype(float)
         turned = self.rotor(np.arctan2(m[..., 1, 0], m[..., 0, 0]))
         moved = self.translator(np.ascontiguousarray(m[..., :2, 2])) * turned
         columns = m[..., :2, :2]
         defect = np.abs(np.swapaxes(columns, -1, -2) @ columns - np.eye(2)).max((-1, -2))
-        bad = (defect > 1e-3) | (np.linalg.det(columns) < 0)
-        return invalidate(moved.normalized(), bad)
+        turns = columns[..., 0, 0] * columns[..., 1, 1] - columns[..., 0, 1] * columns[..., 1, 0] > 0
+        bad = ~((defect <= 1e-3) & turns & (m[..., 2, :] == [0, 0, 1]).all(-1))
+        x = invalidate(moved.normalized(), bad)
+        if as_bool(strict, "strict"):
+            raise_first(x._status, "motor_from_matrix")
+        return x
 
     def motor_parameters(self, x: Multivector) -> Parameters:
         """Angle in (-pi, pi] and fixed point of a motion; for a translation the point is NaN, with `SINGULAR`."""

@@ -33,6 +33,8 @@ def even_and_odd(square: Polynomial) -> tuple[Any, Any]:
         return sympy.Integer(1), sympy.Integer(1)
     sign = sign_of(square)
     size = sympy.factor(expressions.to_sympy(square) * (sign or 1))
+    if size == 0:  # 1 + I^2, which the polynomial does not know
+        return sympy.Integer(1), sympy.Integer(1)
     root = half_power(square) if len(square) == 1 else sympy.sqrt(size)
     if sign < 0:
         return sympy.cos(root), sympy.sin(root) / root

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -28,8 +29,12 @@ FUNCTIONS: dict[Any, Callable[[Multivector], Multivector]] = {
     sympy.cosh: lambda x: formulas.stumpff0(-x * x),
     sympy.sinc: lambda x: formulas.stumpff1(x * x),
 }
+#: Whole powers to this are products, a few more for each doubling; others are exp(y log x), of positive x.
+MAX_EXPONENT = 2**53
 #: The sign of w in c_1(w) = sin(r)/r or sinh(r)/r, r^2 = w or -w: regular at zero, where the quotient is not.
 QUOTIENTS = {sympy.sin: 1, sympy.sinh: -1}
+#: Quotients of one power that are taken apart.
+MAX_QUOTIENTS = 64
 
 
 def lambdify(x: Any, symbols: Sequence[Any], target: str) -> Callable[..., Any]:
@@ -85,7 +90,10 @@ class Values:
 
     def _made(self, e: Any) -> Multivector:
         if e.is_Rational:
-            return self.like.constant(Fraction(int(e.p), int(e.q)))
+            exact = Fraction(int(e.p), int(e.q))
+            if abs(exact) > sys.float_info.max:
+                raise InputError(f"{one_line(e)} is beyond the range of numbers.")
+            return self.like.constant(exact)
         if e.is_number and e.is_real:
             number = float(e)
             if math.isfinite(number):
@@ -94,9 +102,10 @@ class Values:
             return self.like.sum(self.of(term) for term in e.args)
         if e.is_Mul:
             return self._product(list(e.args))
-        if e.is_Pow and e.exp.is_Rational and e.exp.q in (1, 2) and abs(e.exp.p) <= expressions.MAX_EXPONENT:
-            return self._power(e.base, int(e.exp.p), int(e.exp.q))
         if e.is_Pow:
+            exponent = e.exp if e.exp.is_Rational else sympy.Rational(float(e.exp)) if e.exp.is_Float else None
+            if exponent is not None and exponent.q in (1, 2) and abs(exponent.p) <= MAX_EXPONENT:
+                return self._power(e.base, int(exponent.p), int(exponent.q))
             return formulas.exp(self.of(e.exp) * formulas.log(self.of(e.base)))
         if e.func is sympy.atan2:
             return formulas.atan2(self.of(e.args[0]), self.of(e.args[1]))
@@ -110,11 +119,17 @@ class Values:
     def _product(self, factors: list[Any]) -> Multivector:
         result = self.like.constant(1)
         for factor in list(factors):
-            sign = QUOTIENTS.get(factor.func)
-            if sign and 1 / factor.args[0] in factors:
-                factors.remove(factor)
-                factors.remove(1 / factor.args[0])
-                result = result * formulas.stumpff1(sign * self.of(factor.args[0] ** 2))
+            base, times = factor.as_base_exp()
+            sign = QUOTIENTS.get(base.func)
+            if not sign or not times.is_Integer:
+                continue
+            rest = sympy.Mul(*(f for f in factors if f is not factor))
+            argument, taken = base.args[0], 0
+            while taken < min(times, MAX_QUOTIENTS) and _takes_away(argument, rest):
+                rest, taken = rest * argument, taken + 1
+                result = result * formulas.stumpff1(sign * self.of(argument**2))
+            if taken:
+                factors = [*sympy.Mul.make_args(rest), base ** (times - taken)]
         for factor in factors:
             result = result * self.of(factor)
         return result
@@ -127,3 +142,10 @@ class Values:
             result = result * square if rest & 1 else result
             square, rest = square * square, rest >> 1
         return formulas.reciprocal(result) if p < 0 else result
+
+
+def _takes_away(divisor: Any, product: Any) -> bool:
+    """Test whether a product has negative powers that those of a divisor take away."""
+    powers = product.as_powers_dict()
+    own = [(b, e) for b, e in divisor.as_powers_dict().items() if not b.is_number]
+    return any(b in powers and powers[b].is_negative and e.is_positive for b, e in own)

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
+from operator import index
 from typing import Any, Self
 
 import sympy
 
 from ...codegen.algebra.algebra import Algebra
 from ...codegen.algebra.multivector import Multivector, absolute, sqrt
-from ...codegen.errors import InputError, NotInvertibleError, TraceError
+from ...codegen.errors import InputError, NotInvertibleError, TraceError, one_line
 from ...codegen.formulas.products import inverses
 from ...codegen.rings import expressions
 from ...codegen.rings.expressions import ExpressionRing, Polynomial
 from . import exponential, text
 
 RING = ExpressionRing()
+#: What SymPy has for expressions without a value.
+NO_NUMBERS = (sympy.nan, sympy.oo, -sympy.oo, sympy.zoo, sympy.AccumBounds, sympy.Order)
 
 
 class SymbolicMultivector(Multivector):
@@ -46,9 +49,14 @@ class SymbolicMultivector(Multivector):
         return set().union(*(e.free_symbols for e in self.expressions.values()))
 
     def applyfunc(self, function: Callable[[Any], Any]) -> Self:
-        """The multivector whose coefficients are a function of these."""
-        images = {b: sympy.sympify(function(expressions.to_sympy(p))) for b, p in self.terms.items()}
-        return self.new({b: expressions.from_sympy(image) for b, image in images.items()})
+        """The multivector whose coefficients are a function of these.
+
+        Raises
+        ------
+        InputError
+            If one is no number or expression, or not finite: where a pole is substituted, for instance.
+        """
+        return self.new({b: as_polynomial(function(expressions.to_sympy(p))) for b, p in self.terms.items()})
 
     def subs(self, *arguments: Any, **options: Any) -> Self:
         """Substitution in all coefficients, as of SymPy's ``subs``."""
@@ -92,12 +100,12 @@ class SymbolicMultivector(Multivector):
         if not set(square.terms) - {0}:
             if not square.terms:
                 raise NotInvertibleError("x ~x is zero: the multivector has no inverse.")
-            return self.new((~self * self.new({0: expressions.reciprocal(square.terms[0])})).terms)
+            return self.new((~self * self.new({0: _over(square.terms[0])})).terms)
         adjugate: Any = inverses.shirokov_adjugate(self)
         determinant = (self * adjugate).terms.get(0)
         if not determinant:
             raise NotInvertibleError("the multivector has no inverse: its determinant is zero.")
-        return self.new((adjugate * self.new({0: expressions.reciprocal(determinant)})).terms)
+        return self.new((adjugate * self.new({0: _over(determinant)})).terms)
 
     def exp(self) -> Self:
         """Exponential of what has a number for its square, such as a simple bivector.
@@ -124,8 +132,13 @@ class SymbolicMultivector(Multivector):
 
     normalised = normalized
 
-    def __pow__(self, exponent: int) -> Multivector:
-        return super().__pow__(exponent) if exponent >= 0 else self.inverse() ** -exponent
+    def __pow__(self, exponent: Any) -> Multivector:
+        try:
+            whole = index(int(exponent) if isinstance(exponent, float) and exponent.is_integer() else exponent)
+        except TypeError:
+            what = f"the exponent is {one_line(exponent)}; powers of symbolic multivectors are whole numbers."
+            raise TraceError(what) from None
+        return super().__pow__(whole) if whole >= 0 else self.inverse() ** -whole
 
     def __truediv__(self, other: Any) -> Multivector:
         right = self._lift(other)
@@ -188,6 +201,13 @@ class SymbolicMultivector(Multivector):
         raise TypeError("a symbolic multivector has no items; its coefficients are .expressions")
 
 
+def _over(denominator: Polynomial) -> Polynomial:
+    try:
+        return expressions.reciprocal(denominator)
+    except ZeroDivisionError:
+        raise NotInvertibleError("the multivector has no inverse: its denominator is zero.") from None
+
+
 def as_polynomial(value: Any) -> Polynomial:
     """A number or a SymPy expression as a coefficient; floats that are whole become exact.
 
@@ -208,8 +228,10 @@ def as_polynomial(value: Any) -> Polynomial:
         expression = sympy.sympify(value, strict=True)
     except (sympy.SympifyError, TypeError, AttributeError):
         expression = None
-    if not isinstance(expression, sympy.Expr) or expression.has(sympy.nan, sympy.oo, sympy.zoo):
+    if not isinstance(expression, sympy.Expr) or expression.has(*NO_NUMBERS):
         raise InputError(f"a coefficient is {value!r}; numbers and SymPy expressions are coefficients.")
+    if not expression.is_commutative:
+        raise InputError(f"a coefficient is {one_line(value)}, which does not commute; coefficients do, as numbers.")
     return expressions.from_sympy(expression)
 
 

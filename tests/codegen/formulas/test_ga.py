@@ -90,3 +90,18 @@ def test_what_formulas_may_not_ask_for() -> None:
 def test_the_table_in_the_docs_has_all() -> None:
     text = (Path(__file__).parents[3] / "docs" / "kernels.md").read_text()
     assert all(f"`ga.{name}(" in text for name in ga.FUNCTIONS)
+
+
+@pytest.mark.parametrize("name", ["rotor_between", "interpolate"])
+def test_what_is_conformal_is_refused_elsewhere(name: str) -> None:
+    plane = bs.pga3d.kind("plane")
+    weights = [codegen.scalar] if name == "interpolate" else []
+    kernel = codegen.kernel(plane, plane, *weights, name=name)(getattr(ga, name))
+    with pytest.raises(bs.errors.GradeError, match="conformal"):
+        kernel.traced  # noqa: B018
+
+
+def test_functions_of_formulas_say_that_they_are() -> None:
+    for wrong in (cga.e12, 3):
+        with pytest.raises(bs.errors.TraceError, match="for multivectors of formulas"):
+            ga.exp(wrong)  # type: ignore[arg-type]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -125,3 +126,19 @@ def test_printing() -> None:
     for bad in ({"digits": 0}, {"digits": 18}, {"unicode": 1}, {"terms": "a"}, {"edge": 0}):
         with pytest.raises(bs.errors.InputError, match=next(iter(bad))):
             bs.set_print_options(**bad)
+
+
+def test_logarithms_and_roots_of_numbers_that_are_no_rotors() -> None:
+    x = bs.algebra(3).scalar([4.0, 1.0, -1.0])
+    for found in (x.log(), x.sqrt(), x**0.5):
+        assert list(found.status == bs.Status.OK) == [False, True, False]
+        assert list(np.isnan(found.values[:, 0])) == [True, False, True]
+    assert bs.algebra(3).scalar(4.0).log().status is bs.Status.INVALID
+    with pytest.raises(bs.errors.NotARotorError):
+        bs.algebra(0).scalar(2.0).log()
+
+
+def test_whole_powers_in_other_types() -> None:
+    v = bs.algebra(3).vector([1.0, 2.0, 3.0])
+    for two in (np.float32(2), Fraction(2), np.int8(2), 2.0):
+        assert (v**two).isclose(v * v)

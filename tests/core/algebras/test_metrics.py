@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import pickle
 from fractions import Fraction
 from typing import Any
@@ -102,3 +103,24 @@ def test_many_dimensions() -> None:
     for call in (lambda: alg.blades, lambda: alg.multivector(np.ones(5)), lambda: alg.random()):
         with pytest.raises((bs.errors.SignatureError, bs.errors.KindError)):
             call()
+
+
+@pytest.mark.parametrize("vectors", ["e1 x e2", "x e1 y", "x e10 e2", "e12 x_ e1", "xe ye e1", "x1 y e1"])
+def test_names_of_blades_read_back_whatever_the_order_of_numbers_and_letters(vectors: str) -> None:
+    algebra = bs.algebra(3, vectors=vectors)
+    for blade in algebra.blades[1:]:
+        named = algebra.blades[blade.name]
+        assert named.blades == (blade,) and named.values.tolist() == [1.0]
+
+
+@pytest.mark.parametrize("name", ["name", "metric", "vectors", "stock", "pseudoscalar_sign"])
+def test_vectors_are_not_called_like_what_each_algebra_holds(name: str) -> None:
+    with pytest.raises(bs.errors.SignatureError, match=f"{name} cannot be the name"):
+        bs.algebra(2, vectors=f"{name} x")
+
+
+def test_endless_iterables_are_refused() -> None:
+    with pytest.raises(bs.errors.SignatureError, match="24 dimensions"):
+        bs.algebra(signature=itertools.repeat(1))
+    with pytest.raises(bs.errors.SignatureError, match="24 dimensions"):
+        bs.algebra(2, vectors=itertools.repeat("x"))

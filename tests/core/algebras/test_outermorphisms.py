@@ -113,3 +113,17 @@ def test_what_maps_do_not_have() -> None:
         f @ cga3d.outermorphism(np.eye(5))
     with pytest.raises(bs.errors.InputError):
         f.apply(3)
+
+
+def test_empty_frames_and_frames_without_finite_reciprocals() -> None:
+    space = bs.algebra(3)
+    for shape in ((0, 3), (5, 0, 3)):
+        with pytest.raises(bs.errors.ShapeError, match="1 to 3 vectors"):
+            space.reciprocal_frame(space.vector(np.zeros(shape)))
+    for frame in (space.vector(np.eye(3) * 1e-310), space.vector(np.eye(3) * 1e-42, dtype=np.float32)):
+        found = space.reciprocal_frame(frame)
+        assert (found.status == bs.Status.INVALID).all() and np.isnan(found.values).all()
+
+
+def test_adjoint_without_vectors() -> None:
+    assert bs.algebra(0).outermorphism(np.zeros((0, 0))).adjoint().matrix.shape == (0, 0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pickle
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -114,3 +115,28 @@ def test_bad_values() -> None:
         with pytest.raises((bs.errors.ShapeError, bs.errors.InputError)):
             call()
     assert bs.dcga.point([np.nan, 0, 0]).status == bs.Status.INVALID
+
+
+def test_matrices_of_motions_of_the_plane_are_checked() -> None:
+    bad: Any
+    for bad in (np.eye(2), np.zeros(3), np.eye(4), "x", [[1, 2], [3]], np.eye(3) + 1j):
+        with pytest.raises(bs.errors.InputError):
+            bs.pga2d.motor_from_matrix(bad)
+    scaled = [np.diag([2.0, 2, 1]), np.diag([1.0, -1, 1]), np.array([[1.0, 0, 0], [0, 1, 0], [5, 5, 7]]), np.eye(3)]
+    assert list(bs.pga2d.motor_from_matrix(np.array(scaled)).status) == [bs.Status.INVALID] * 3 + [bs.Status.OK]
+    with pytest.raises(bs.errors.SingularError):
+        bs.pga2d.motor_from_matrix(scaled[0], strict=True)
+
+
+def test_algebras_without_parameters_say_so() -> None:
+    with pytest.raises(bs.errors.KindError, match="no kind that has parameters.$"):
+        bs.sta.boost([0.6, 0, 0]).parameters()
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_files_give_back_the_algebra_and_its_kinds(name: str, tmp_path: Path) -> None:
+    algebra = getattr(bs, name)
+    members = {kind: algebra.random(kind, n=2, seed=1) for kind in algebra.kinds}
+    bs.save(tmp_path / "members.npz", **members)
+    for kind, x in bs.load(tmp_path / "members.npz").items():
+        assert x.algebra is algebra and x.kind == members[kind].kind and x.isclose(members[kind]).all()

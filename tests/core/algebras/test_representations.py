@@ -90,3 +90,10 @@ def test_frames_without_a_reciprocal() -> None:
         cga3d.reciprocal_frame(cga3d.e1)
     with pytest.raises(bs.errors.KindError):
         cga3d.reciprocal_frame(cga3d.bivector(np.ones((2, 10))))
+
+
+@pytest.mark.parametrize("representation", ["left", "right", "complex"])
+def test_empty_batches(representation: str) -> None:
+    space = bs.algebra(3)
+    made = space.random(n=(2, 0)).to_matrix(representation)
+    assert made.shape[:2] == (2, 0) and space.from_matrix(made, representation).shape == (2, 0)

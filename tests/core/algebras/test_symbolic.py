@@ -188,3 +188,63 @@ def test_what_is_no_expression(call: Any, error: type[Exception], message: str) 
 def test_sympy_is_imported_with_the_first_symbol() -> None:
     code = "import sys, bladesmith as bs; x = 2 * bs.algebra(3).e1 + 1; x * x; print('sympy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        sympy.Symbol("p", commutative=False),
+        sympy.MatrixSymbol("m", 2, 2),
+        sympy.Matrix([[1]]),
+        -sympy.oo * A,
+        sympy.O(A),
+        sympy.AccumBounds(0, 1),
+    ],
+)
+def test_what_is_no_commuting_number_is_no_coefficient(value: Any) -> None:
+    with pytest.raises(bs.errors.InputError, match="a coefficient is"):
+        SPACE.multivector({"e1": value})
+
+
+def test_poles_and_hidden_zeros_are_errors() -> None:
+    with pytest.raises(bs.errors.InputError, match="zoo"):
+        SPACE.multivector({"e1": 1 / A}).subs(A, 0)
+    null = bs.algebra(2, 1).multivector({"e1": 1, "e2": 1, "e3": sympy.sqrt(2)})
+    imaginary = SPACE.multivector({"e1": 1, "e2": sympy.I})
+    for x in (null, imaginary):
+        with pytest.raises(bs.errors.NotInvertibleError):
+            x.inverse()
+        assert x.exp().equals(x + 1)
+
+
+def test_symbolic_exponents_are_whole() -> None:
+    x = SPACE.multivector({"e1": A, "e2": B})
+    assert (x**2.0).equals(x * x) and (x ** sympy.Integer(-1)).equals(x.inverse())
+    for exponent in (0.5, A, np.array([1, 2]), sympy.Rational(1, 2), "2"):
+        with pytest.raises(bs.errors.TraceError, match="whole numbers"):
+            x**exponent
+
+
+@pytest.mark.parametrize("expression", [A**65, A**200, A ** sympy.Float(3.0), A**-65])
+def test_compiled_whole_powers_of_negative_numbers(expression: Any) -> None:
+    f = SPACE.multivector({"e1": expression}).lambdify(A)
+    assert np.isclose(f(-1.03)["e1"], float(expression.subs(A, -1.03)), rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    "expression", [sympy.sin(2 * A) / A, sympy.sin(A) ** 2 / A**2, sympy.sinh(A / 3) / A, sympy.sin(A * B) / A]
+)
+def test_compiled_quotients_are_regular_at_zero(expression: Any) -> None:
+    f = SPACE.multivector({"e1": expression, "e2": B}).lambdify(A, B)
+    assert np.isclose(f(0.0, 0.7)["e1"], float(sympy.limit(expression.subs(B, 0.7), A, 0)), rtol=1e-14)
+    assert np.isclose(f(0.3, 0.7)["e1"], float(expression.subs({A: 0.3, B: 0.7})), rtol=1e-14)
+
+
+def test_compiled_exponential_of_half_a_bivector_is_regular_at_zero() -> None:
+    f = SPACE.multivector({"e12": A / 2, "e13": B / 2}).exp().lambdify(A, B)
+    assert f(0.0, 0.0).isclose(1.0)
+
+
+def test_compiled_constants_beyond_the_range_of_numbers_are_refused() -> None:
+    with pytest.raises(bs.errors.InputError, match="beyond the range"):
+        SPACE.multivector({"e1": sympy.Integer(10) ** 400 * A}).lambdify(A)
