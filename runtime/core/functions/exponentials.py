@@ -21,6 +21,7 @@ from ...dispatch.formulas import evaluate_batch, item_value
 from ...dispatch.item_statuses import invalidate, invalidate_nonfinite, raise_first
 from ...status import Status
 from ..operators import Operators, P
+from .inverses import check_size
 
 #: The series of `exp` runs on arguments of at most 2^-4, halved until they are.
 SERIES_EXPONENT, SERIES_TERMS = 4, 12
@@ -66,6 +67,7 @@ def _exp_formula(x: Operators) -> str:
 
 def _exp_series(x: P) -> P:
     """exp(x) = exp(x / 2^k)^(2^k), for any multivector of any algebra; each item has a k of its own."""
+    check_size(x, "exp")
     halvings = _halvings(x._data)
     least, most = (int(halvings.min()), int(halvings.max())) if halvings.size else (0, 0)
     small: P = x / 2.0**most if least == most < MOST_SHARED else x * np.ldexp(x.dtype.type(1), -halvings)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.errors import NotInvertibleError
+from ...codegen.errors import NotInvertibleError, SignatureError
 from ...codegen.trace import result_kinds
 from ...common.parallel import interruptible
 from ...common.validation import as_bool, as_choice
@@ -31,6 +31,8 @@ SMALL, ROUNDED_SMALL = 5, 1024
 STEPS = 3
 #: Matrices of more rows than this are not made unasked: a gigabyte and minutes for each item.
 MOST_ROWS = 4096
+#: Powers of multivectors on more vectors than this have more coefficients than anybody waits for.
+MOST_VECTORS = 12
 #: Matrices are solved of so many items at a time that an interrupt is seen after some 0.1 s.
 MATRIX_WORK = 2**27
 #: Matrices of more rows take longer each.
@@ -61,6 +63,8 @@ def inverse(x: P, method: str = "auto", strict: bool = False) -> P:
     ------
     NotInvertibleError
         With ``strict``, for the first item that has none; else that item is `SINGULAR` and NaN.
+    SignatureError
+        If the blades of x name more than `MOST_VECTORS` vectors, unless its kind says that x is a versor.
     """
     as_choice(method, "method", METHODS)
     refuses = as_bool(strict, "strict")
@@ -75,6 +79,7 @@ def _inverse(x: P, method: str) -> P:
     if sign:
         reverse = linear_maps.apply_linear_map(x, "reverse")
         return reverse if sign > 0 else -reverse
+    check_size(x, "inverse")
     level, exponent = normalize_exponents(x)
     outcome = _by_bound(level) if method == "auto" else by_matrix(level) if method == "matrix" else None
     outcome = outcome or _by_adjugate(level, method)
@@ -84,6 +89,24 @@ def _inverse(x: P, method: str) -> P:
             data = np.ldexp(value._data, -exponent[..., None])
         value = invalidate_nonfinite(value._make(value._type.unconstrained, data, value._lead, value._status))
     return value
+
+
+def check_size(x: Operators, what: str) -> None:
+    """Check that the powers of x, which hold all products of its vectors, are not too large.
+
+    Raises
+    ------
+    SignatureError
+        If its blades name more than `MOST_VECTORS` vectors.
+    """
+    named = 0
+    for blade in x._type.blades:
+        named |= blade
+    if named.bit_count() > MOST_VECTORS:
+        raise SignatureError(
+            f"{what} of a multivector whose blades name {named.bit_count()} vectors: it goes to {MOST_VECTORS}.",
+            remedy="Multiply by what is known of it: a vector v has the inverse v / (v | v)",
+        )
 
 
 def _by_adjugate(x: Operators, method: str) -> FormulaResult:

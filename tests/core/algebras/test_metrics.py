@@ -124,3 +124,16 @@ def test_endless_iterables_are_refused() -> None:
         bs.algebra(signature=itertools.repeat(1))
     with pytest.raises(bs.errors.SignatureError, match="24 dimensions"):
         bs.algebra(2, vectors=itertools.repeat("x"))
+
+
+@pytest.mark.parametrize("algebra", [bs.algebra(24), bs.qcga], ids=["24", "qcga"])
+def test_powers_of_many_vectors_are_refused_at_once(algebra: Any) -> None:
+    v = algebra.random("vector", seed=1)
+    for call in (v.exp, v.inverse, lambda: v**-1, lambda: algebra.random("bivector", seed=1).inverse()):
+        with pytest.raises(bs.errors.SignatureError, match="goes to 12"):
+            call()
+    few = algebra.vector({"e1": 3.0, "e2": 4.0})
+    assert (few * few.inverse()).isclose(1.0) and (few**-1).isclose(few / 25)
+    assert (0.5 * algebra.basis_blade("e12" if algebra is bs.qcga else "e1_2")).exp().isclose(
+        np.cos(0.5) + np.sin(0.5) * algebra.basis_blade("e12" if algebra is bs.qcga else "e1_2")
+    )
