@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 
 import sympy
 
+from ..errors import InputError
 from .protocol import Terms
 
 #: Atoms by number, with their exponents, which may be negative: ascending, none zero.
@@ -95,8 +96,27 @@ def to_sympy(polynomial: Polynomial) -> Any:
 
 
 def number_to_sympy(value: Number) -> Any:
-    """A coefficient as a SymPy number."""
+    """A coefficient as a SymPy number.
+
+    Raises
+    ------
+    InputError
+        If it is a float beyond the range of numbers.
+    """
+    if value - value != 0:
+        raise _beyond()
     return sympy.Float(value) if isinstance(value, float) else sympy.Rational(value.numerator, value.denominator)
+
+
+def _beyond() -> InputError:
+    return InputError("a coefficient is beyond the range of floats.", remedy="Use fractions, or other units")
+
+
+def _product(x: Number, y: Number) -> Number:
+    try:
+        return x * y
+    except OverflowError:  # of a fraction that no float holds, and a float
+        raise _beyond() from None
 
 
 def plus(terms: Iterable[tuple[Polynomial, Number]]) -> Polynomial:
@@ -104,7 +124,7 @@ def plus(terms: Iterable[tuple[Polynomial, Number]]) -> Polynomial:
     total: Polynomial = {}
     for polynomial, weight in terms:
         for monomial, value in polynomial.items():
-            scaled = value if weight == 1 else value * weight
+            scaled = value if weight == 1 else _product(value, weight)
             total[monomial] = total[monomial] + scaled if monomial in total else scaled
     return {monomial: value for monomial, value in total.items() if value}
 
@@ -118,7 +138,7 @@ def times(a: Polynomial, b: Polynomial) -> Polynomial:
     for first, x in a.items():
         for second, y in b.items():
             monomial = product(first, second)
-            value = x * y
+            value = _product(x, y)
             total[monomial] = total[monomial] + value if monomial in total else value
     return {monomial: value for monomial, value in total.items() if value}
 

@@ -12,7 +12,7 @@ from ..codegen.algebra.algebra import Kind
 from ..codegen.algebra.members import NumericSource, sample
 from ..codegen.errors import InputError
 from ..common.dtypes import F64, as_precision
-from ..common.validation import as_shape
+from ..common.validation import as_int, as_shape
 from ..dispatch.types import Blade, TypedAlgebra
 from . import construction
 from .cayley import CayleyTable
@@ -133,12 +133,17 @@ class Constructors(TypedAlgebra, Generic[P]):
         Parameters
         ----------
         kind : str or Kind
-            Default: all blades.
+            Default: all blades, in up to ten dimensions.
         n : int or tuple of int, optional
             Number of items, or shape of the batch. Default: a single multivector.
         seed : int or numpy.random.Generator, optional
             The same seed gives the same multivectors.
         dtype : float64 or float32, optional
+
+        Raises
+        ------
+        KindError, ShapeError, InputError
+            If there is no such kind; if ``n`` or ``seed`` is none.
 
         Notes
         -----
@@ -148,6 +153,8 @@ class Constructors(TypedAlgebra, Generic[P]):
         wanted = construction.as_kind(self, kind)
         lead = () if n is None else as_shape(n, "n")
         count = int(np.prod(lead, dtype=np.int64))
+        if not isinstance(seed, np.random.Generator) and seed is not None:
+            seed = as_int(seed, "seed", 0)
         member = sample(wanted, NumericSource(count, seed))
         data = np.empty((count, wanted.size))
         for i, value in enumerate(wanted.values(member)):

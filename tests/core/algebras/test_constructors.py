@@ -77,6 +77,9 @@ def test_random_members() -> None:
     assert not cga3d.random().isclose(cga3d.random())
     with pytest.raises(bs.errors.ShapeError, match="n is -1"):
         cga3d.random("point", -1)
+    for seed in (-1, "x", 0.5):
+        with pytest.raises(bs.errors.InputError, match="seed"):
+            cga3d.random("point", seed=seed)
     with pytest.raises(bs.errors.KindError, match="circle"):
         cga3d.random("circel")
 

@@ -136,6 +136,15 @@ def test_compiled_functions() -> None:
     assert g(np.full(3, a), b, c).shape == (3,)
 
 
+def test_numbers_beyond_floats() -> None:
+    big = SPACE.multivector({"e1": 1e200 * A})
+    with pytest.raises(bs.errors.InputError, match="range of floats"):
+        repr(big * big)
+    with pytest.raises(bs.errors.InputError, match="range of floats"):
+        SPACE.multivector({"e1": 10**400 * A}) * 0.5
+    assert (SPACE.multivector({"e1": 10**400 * A}) / 10**400).expressions == {"e1": A}
+
+
 def test_text() -> None:
     x = SPACE.multivector({"1": A + B, "e1": -A, "e12": B - 1, "e3": 1})
     assert repr(x) == "a + b - a e1 + e3 + (b - 1) e12" and repr(x * 0) == "0"
