@@ -175,7 +175,9 @@ def weighted_rows(rows: int, size: int, most_dense: int = SPARSE, is_open: bool 
         if k >= (min(width, count) if is_open else most):
             return False
         q = empty(size)
-        start, end, least = 0, width, 0.0
+        least = 0.0
+        if sparse:
+            start, end = 0, width
         while True:
             best = -1
             clearest = 1.0
