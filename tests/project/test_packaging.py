@@ -150,7 +150,7 @@ def test_wheel_holds_every_source_and_the_first_extensions(tree, wheel):
     extensions = {name for name in packed if Path(name).suffix in BUILT}
     assert packed - extensions == sources(tree)
     algebras = {path.parent.name for path in (tree / "generated").glob("*/kernels")}
-    assert {Path(name).parent.name for name in extensions} == algebras | {"general"}
+    assert {Path(name).parent.name for name in extensions} == algebras | {"general", "calls"}
     assert "another3d" in algebras
     for extra in ["numba", "plot", "mesh", "distributed", "cuda", "test", "benchmark", "all"]:
         assert f"Provides-Extra: {extra}" in metadata
