@@ -71,10 +71,9 @@ class CayleyTable:
 
 def _cell(entry: NDArray[np.float64], names: Sequence[str]) -> str:
     """One product: -e12, 2 + e1, 0."""
-    text = ""
+    terms = []
     for k in np.flatnonzero(entry).tolist():
         size = f"{abs(entry[k]):g}"
         term = size if names[k] == "1" else names[k] if size == "1" else f"{size} {names[k]}"
-        joint = (" - " if entry[k] < 0 else " + ") if text else ("-" if entry[k] < 0 else "")
-        text += joint + term
-    return text or "0"
+        terms.append((bool(entry[k] < 0), term))
+    return formatting.join_terms(terms)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
@@ -132,16 +132,18 @@ def _number(value: float) -> str:
 
 
 def _sum(terms: list[tuple[str, str]]) -> str:
-    if not terms:
-        return "0"
     most = _options.get().terms
     shown = terms if len(terms) <= most + 1 else terms[:most]
-    text = ""
-    for number, blade in shown:
-        negative = number.startswith("-")
-        joint = (" - " if negative else " + ") if text else ("-" if negative else "")
-        text += joint + number.lstrip("-") + (f" {blade}" if blade != "1" else "")
+    text = join_terms((n.startswith("-"), n.lstrip("-") + (f" {b}" if b != "1" else "")) for n, b in shown)
     return text if shown is terms else f"{text} + ... ({len(terms)} terms)"
+
+
+def join_terms(terms: Iterable[tuple[bool, str]]) -> str:
+    """A sum from its terms' signs, true for minus, and the rest of their text; "0" without terms."""
+    text = ""
+    for negative, term in terms:
+        text += ((" - " if negative else " + ") if text else ("-" if negative else "")) + term
+    return text or "0"
 
 
 def latex(x: MultivectorData) -> str:

@@ -9,22 +9,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, overload
-from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.algebra.algebra import Kind
 from ..codegen.algebra.blades import validated_identifier
-from ..codegen.algebra.loader import algebra_from_data, data_from_algebra
-from ..codegen.errors import BladeError, GradeError, InputError
+from ..codegen.algebra.loader import algebra_from_data
+from ..codegen.errors import BladeError, GradeError
 from ..common.deprecation import renamed_attribute
 from ..common.dtypes import F64, as_precision
 from ..common.validation import as_choice, real_array
 from ..dispatch.item_statuses import array_result
 from ..dispatch.multivector_data import Statuses
 from ..dispatch.stock_kernels import StockKernels
-from . import construction, formatting, kind_constraints, linear_maps
+from . import construction, formatting, interning, kind_constraints, linear_maps
 from .constructors import Constructors
 from .functions import exponentials, inverses, norms, powers
 from .operators import Number, Operators
@@ -414,44 +413,12 @@ class Algebra(Constructors[Multivector]):
     def __reduce__(self) -> tuple[Any, ...]:
         if self._origin:
             return self._origin
-        key = _hashable(data_from_algebra(self))
-        _INTERNED.setdefault((type(self), key), self)
-        return from_hashable, (type(self), key)
+        return interning.keep(self)
 
     @classmethod
     def intern(cls, data: Mapping[str, Any]) -> Algebra:
         """The one algebra of this class, in this process, of plain data."""
-        return from_hashable(cls, _hashable(data))
-
-
-#: Algebras made from data, by class and data: unpickling gives back the one that was pickled in this process.
-_INTERNED: WeakValueDictionary[Any, Algebra] = WeakValueDictionary()
-
-
-def from_hashable(cls: type[Algebra], data: Any) -> Algebra:
-    """The algebra of data as nested tuples; called by pickle."""
-    algebra = _INTERNED.get((cls, data))
-    if algebra is None:
-        plain = _plain_data(data)
-        if not isinstance(plain, dict):
-            raise InputError("the pickled data is not an algebra.")
-        algebra = _INTERNED[cls, data] = cls.from_data(plain)
-    return algebra
-
-
-def _hashable(data: Any) -> Any:
-    """Plain data as nested tuples, so that the same data gives the same algebra in one process."""
-    if isinstance(data, Mapping):
-        return ("map", *((key, _hashable(value)) for key, value in data.items()))
-    return ("list", *map(_hashable, data)) if isinstance(data, list | tuple) else data
-
-
-def _plain_data(data: Any) -> Any:
-    if not isinstance(data, tuple):
-        return data
-    if data[0] == "map":
-        return {key: _plain_data(value) for key, value in data[1:]}
-    return [_plain_data(value) for value in data[1:]]
+        return interning.intern(cls, data)
 
 
 def _rebuilt(

@@ -25,13 +25,13 @@ def latex(algebra: Any, terms: Mapping[int, Polynomial]) -> str:
 def _sum(
     terms: Mapping[int, Polynomial], write: Callable[[Any], str], brackets: str, name: Callable[[int], str]
 ) -> str:
-    text = ""
+    written: list[tuple[bool, str]] = []
     for blade, polynomial in terms.items():
         expression = expressions.to_sympy(polynomial)
         negative = not expression.is_Add and expression.could_extract_minus_sign()
         size = -expression if negative else expression
-        factor = brackets.format(write(size)) if size.is_Add and (blade or text) else write(size)
+        factor = brackets.format(write(size)) if size.is_Add and (blade or written) else write(size)
         if blade:
             factor = name(blade) if size == 1 else f"{factor} {name(blade)}"
-        text += ((" - " if negative else " + ") if text else ("-" if negative else "")) + factor
-    return text or "0"
+        written.append((negative, factor))
+    return formatting.join_terms(written)
