@@ -30,6 +30,7 @@ UNTYPED = {
         r"|(Event|PinLinear)\.function|KernelSignature\.kernel"
     ),
     "whatever was interrupted": r"(Interrupted|ExecutorError)\.partial|Progress\.detail",
+    "SymPy has no types": r"SymbolicMultivector\.(coefficient|norm|scalar)",
     "coefficients of any ring": r"codegen\.(Multivector\.scalar|rings\..*)",
 }
 #: What generic classes of the package are made for.
