@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from . import options
-from .outputs import check_outputs, partial_name
 
 if TYPE_CHECKING:
     from ..kinematics.task.joint_trajectory import Motion
@@ -62,7 +61,7 @@ def command(
         moved = setup.motion_with_poses() if motions or (picture and setup.tool_path is not None) else None
     click.echo(json.dumps(report.data, indent=1, allow_nan=False) if as_json else report.text())
     trouble = _unreached_message(moved[0], setup) if moved is not None else ""
-    kept = [partial_name(place) if trouble else place for place in motions]
+    kept = [options.partial_name(place) if trouble else place for place in motions]
     for place in kept:
         assert moved is not None
         moved[0].save(place)
@@ -86,7 +85,7 @@ def _check(robot: Path, motions: tuple[Path, ...], pictures: list[Path]) -> None
         checked_name(place)
     for place in pictures:
         check_suffix(place)
-    check_outputs([*motions, *pictures], [robot], "the robot's file")
+    options.check_outputs([*motions, *pictures], [robot], "the robot's file")
 
 
 def _apply_options(

@@ -27,6 +27,7 @@ COMMANDS = {
     "simulate": "Simulate rigid bodies with loads and constraints.",
     "kinematics": "Say what a robot can do, draw it, move it.",
     "generate": "Write an algebra's sources, or check that they are up to date.",
+    "check": "Test a spec's kernels against 50 digits, on every target.",
     "report": "Measure error against run time, with plots.",
     "doctor": "Say what this machine has: compiler, targets, cache, threads.",
     "cache": "List or clear the compiled kernels of this user.",

@@ -8,7 +8,6 @@ from typing import Any
 import click
 
 from . import options
-from .outputs import check_outputs
 
 
 @options.command("mesh scene.toml -o surface.glb --rings 128 --segments 64 --caps")
@@ -20,7 +19,7 @@ from .outputs import check_outputs
 @click.option("--caps/--no-caps", default=False, help="Close the open ends of tubes; default: no.")
 @click.option("--extent", type=float, help="Side of the squares that stand for planes; default: around the rest.")
 @options.option_with_default("--scale", 1.0, "Factor on positions: 0.001 for millimetres.")
-def command(scene: Path, output: Path, surface: tuple[int, ...], scale: float, **options: Any) -> None:
+def command(scene: Path, output: Path, surface: tuple[int, ...], scale: float, **settings: Any) -> None:
     """Write the surfaces of a scene file as triangle meshes with normals, for other programs."""
     from ..common.files import output_path
     from ..tracer import Scene
@@ -28,9 +27,9 @@ def command(scene: Path, output: Path, surface: tuple[int, ...], scale: float, *
     from ..tracer.meshing.triangle_mesh import CONTENT, save_meshes
 
     output_path(output, *CONTENT)
-    check_outputs([output], [scene], "the scene file")
+    options.check_outputs([output], [scene], "the scene file")
     loaded = Scene.load(scene)
-    meshes = scene_meshes(loaded, surface or None, **options)
+    meshes = scene_meshes(loaded, surface or None, **settings)
     save_meshes(output, meshes, scale=scale)
     count = sum(len(mesh.faces) for mesh, _ in meshes)
     click.echo(f"{output}: {len(meshes)} surfaces, {count} triangles", err=True)

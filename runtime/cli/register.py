@@ -8,7 +8,6 @@ from typing import Any
 import click
 
 from . import options
-from .outputs import check_outputs, save_partial
 
 #: Suffixes of results.
 RESULTS = (".json", ".tum")
@@ -59,7 +58,7 @@ def command(
     from ..registration import register
     from ..registration.summary import summary
 
-    check_outputs([x for x in (output, picture) if x is not None], [query, reference], "a model")
+    options.check_outputs([x for x in (output, picture) if x is not None], [query, reference], "a model")
     if output is not None and output.suffix:  # devices have none
         output_path(output, "a registration", "registrations", RESULTS)
     if picture is not None:
@@ -129,4 +128,4 @@ def _keep_partial(output: Path | None, record: tuple[Any, ...]) -> str:
     if not count:
         return " before a pose was found; nothing was written"
     text = f": the best so far matches {count} of {len(result.inliers)} objects"
-    return text if output is None else text + save_partial([output], lambda path: _write(path, record))
+    return text if output is None else text + options.save_partial([output], lambda path: _write(path, record))

@@ -11,7 +11,6 @@ from typing import Any
 import click
 
 from . import options
-from .outputs import save_partial
 
 #: What `--aov` offers; the names are those of `tracer.layers.LAYERS`.
 LAYERS = ("normal", "depth", "alpha", "cost")
@@ -89,7 +88,7 @@ def _keep_partial(output: Path, partial: Any) -> str:
     if not partial.done.any():
         return NOTHING
     note = f"interrupted with {100 * partial.fraction_done:.3g} % of the picture done"
-    return note + save_partial([output], lambda path: list(save_layers(path, partial.layers, partial.done)))
+    return note + options.save_partial([output], lambda path: list(save_layers(path, partial.layers, partial.done)))
 
 
 def _save(output: Path, layers: Mapping[str, Any]) -> dict[Path, str]:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from . import options
-from .outputs import check_outputs, save_partial
 
 if TYPE_CHECKING:
     from ..dynamics.io.reader import Setup
@@ -82,7 +81,7 @@ def _check(
         check_suffix(path)
     for path in films:
         animation.checked_name(path)
-    check_outputs([*paths, *pictures, *films], [body], "the simulation file")
+    options.check_outputs([*paths, *pictures, *films], [body], "the simulation file")
     for name, value in (("--speed", speed), ("--rate", rate)):
         if value is not None:
             positive_float(value, name)
@@ -131,4 +130,4 @@ def _keep_partial(paths: list[Path], record: Record | None) -> str:
     """Save what there is, under names that say so; how the line about it ends."""
     if record is None or not len(record):
         return "; nothing was written"
-    return f"; what there is, to t = {record.time[-1]:.6g}" + save_partial(paths, record.save)
+    return f"; what there is, to t = {record.time[-1]:.6g}" + options.save_partial(paths, record.save)

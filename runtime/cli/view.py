@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 
 from . import options
-from .outputs import check_outputs
 
 
 @options.command("view scene.toml -o page.html")
@@ -27,7 +26,7 @@ def command(scene: Path, output: Path, title: str | None, vertices: int | None, 
     from ..tracer.viewer.page import FORMATS, VERTICES, view
 
     output_path(output, "a page", "pages", FORMATS)
-    check_outputs([output], [scene], "the scene file")
+    options.check_outputs([output], [scene], "the scene file")
     loaded = Scene.load(scene)
     page = view(loaded, output, title=scene.stem if title is None else title, vertices=vertices or VERTICES)
     for line in page.missing:

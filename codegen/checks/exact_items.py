@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from bladesmith.codegen.rings.protocol import PrecisionRing, RationalRing, Ring, Terms
-from bladesmith.codegen.trace.kernel import Kernel
+from ..rings.protocol import PrecisionRing, RationalRing, Ring, Terms
+from ..trace.kernel import Kernel
 
 Column = Sequence[Any]
 #: More digits than products of floating-point numbers of any formula have; what has more is left to fractions.

@@ -1,0 +1,1 @@
+"""Compiled kernels against exact evaluation of their formulas, on random and extreme operands."""
