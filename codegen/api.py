@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -131,6 +132,39 @@ class KernelFunction(DeclaredFormula):
     def source(self, target: str = "c") -> str:
         """Source text for "c", "numba" or "cuda"."""
         return print_source([self.variant], target)
+
+    def export(
+        self, language: str, folder: str | Path, *, name: str = "", dtype: str = "", derivatives: Sequence[str] = ()
+    ) -> list[Path]:
+        """Write the kernel as a source file that needs nothing of this package; see docs/export.md.
+
+        Parameters
+        ----------
+        language : {"c99", "cpp", "rust", "js", "glsl"}
+        folder : path
+            Made where it is not there.
+        name : str, optional
+            Of the file, and before or around all names in it. Default: the algebra's.
+        dtype : {"float64", "float32"}, optional
+            Default: what is usual in the language.
+        derivatives : sequence of str, optional
+            Arguments with respect to which the forward derivative is exported, too.
+
+        Returns
+        -------
+        list of Path
+            The files.
+
+        Raises
+        ------
+        InputError
+            If there is no such language, precision or argument, or a name is a word of the language. Nothing has been
+            written then.
+        """
+        from .export.export import export
+
+        variants = [self.variant, *(self.derivative(wrt).variant for wrt in derivatives)]
+        return export(variants, language, folder, name or self.algebra.name, dtype)
 
     def derivative(self, wrt: str) -> KernelFunction:
         """Forward derivative with respect to one argument.

@@ -246,16 +246,24 @@ def generate_group(spec: Mapping[str, Any], module: str, choices: Mapping[str, R
     """Trace, optimise and print the kernels of one module."""
     algebra = algebra_from_data(spec)
     variants: list[Variant] = []
-    callees: dict[Kernel, Variant] = {}
     entries: dict[str, dict[str, Any]] = {}
     records: dict[str, Record] = {}
-    for each in by_module(declared_kernels(algebra, spec.get("kernels", [])))[module]:
-        kernel = trace_kernel(each.formula, each.kinds, each.name, algebra=algebra)
-        variant = optimise_kernel(kernel, _record_of(kernel, choices), selected=callees)
+    declared = by_module(declared_kernels(algebra, spec.get("kernels", [])))[module]
+    for each, variant in selected_variants(algebra, declared, choices):
         variants.append(variant)
-        entries[symbol(kernel)] = manifest_entry(each, variant)
-        records[symbol(kernel)] = _new_record(kernel, variant)
+        entries[symbol(variant.kernel)] = manifest_entry(each, variant)
+        records[symbol(variant.kernel)] = _new_record(variant.kernel, variant)
     return Group(_module_files(f"{algebra.name}, {module}", module, variants), entries, records)
+
+
+def selected_variants(
+    algebra: Algebra, declared: Sequence[Declaration], choices: Mapping[str, Record]
+) -> Iterator[tuple[Declaration, Variant]]:
+    """Declared kernels with the variants that are printed: those of ``choices``, else searched."""
+    callees: dict[Kernel, Variant] = {}
+    for each in declared:
+        kernel = trace_kernel(each.formula, each.kinds, each.name, algebra=algebra)
+        yield each, optimise_kernel(kernel, _record_of(kernel, choices), selected=callees)
 
 
 def _group_from_files(

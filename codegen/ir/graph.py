@@ -264,6 +264,23 @@ def reachable(roots: Iterable[Node]) -> list[Node]:
     return [seen[i] for i in sorted(seen)]
 
 
+def in_order_of_use(roots: Iterable[Node]) -> list[Node]:
+    """Nodes that the roots need, depth first: values are made shortly before they are used."""
+    order: dict[int, Node] = {}
+    for root in roots:
+        stack: list[tuple[Node, bool]] = [(root, False)]
+        while stack:
+            node, done = stack.pop()
+            if node.id in order:
+                continue
+            if done:
+                order[node.id] = node
+            else:
+                stack.append((node, True))
+                stack.extend((a, False) for a in reversed(node.args))
+    return list(order.values())
+
+
 def evaluate(roots: Sequence[Node], variables: Mapping[tuple[int, int], Any], ring: Ring) -> list[Any]:
     """Values of nodes on another ring, given the values of the variables."""
     values: dict[int, Any] = {}

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction
 
-from ..ir.graph import Node, reachable
+from ..ir.graph import Node, in_order_of_use
 from ..optimise.variants import Variant
 from ..trace.kernel import Kernel, coefficient_name
 
@@ -32,7 +32,7 @@ class Printer(ABC):
         self.variant = variant
         self.kernel = variant.kernel
         self.lines: list[str] = []
-        self.nodes = self._order()
+        self.nodes = in_order_of_use(variant.roots)
         self.uses = Counter(a.id for node in self.nodes for a in node.args)
         self.uses.update(node.id for node in variant.roots)
         self.text: dict[int, str] = {}
@@ -40,23 +40,6 @@ class Printer(ABC):
         self.excess: dict[int, int] = {}  # characters of names of numbers, beyond those of their index
         self.calls: dict[tuple[Kernel, tuple[int, ...]], list[str]] = {}
         self.names = 0
-
-    def _order(self) -> list[Node]:
-        """Depth first from the outputs: values are made shortly before they are used."""
-        order: dict[int, Node] = {}
-        for root in self.variant.roots:
-            stack: list[tuple[Node, bool]] = [(root, False)]
-            while stack:
-                node, done = stack.pop()
-                if node.id in order:
-                    continue
-                if done:
-                    order[node.id] = node
-                else:
-                    stack.append((node, True))
-                    stack.extend((a, False) for a in reversed(node.args))
-        assert len(order) == len(reachable(self.variant.roots))
-        return list(order.values())
 
     # -- the part of a target --------------------------------------------------------------------------------
 

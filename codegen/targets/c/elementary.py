@@ -6,21 +6,16 @@ All numbers are V and all conditions M. What reduces a very large angle is a fun
 from __future__ import annotations
 
 from collections.abc import Sequence
-from types import SimpleNamespace
 from typing import Any
 
-from ...elementary import functions
-from ...elementary.constants import DOUBLE, SINGLE, TWO_OVER_PI, Constants
-from ...ir.loops.algorithm import inlined
-from ...ir.loops.language import IntVector, Real, Static
+from ...elementary.constants import DOUBLE, SINGLE, TWO_OVER_PI
 from ...ir.loops.nodes import Binary, Constant, Expression, Function, Intrinsic, Select, parts
-from ...ir.loops.types import BOOL, INT, REAL, Parameter, Scalar
+from ...ir.loops.types import BOOL, INT, REAL, Scalar
+from ..elementary import NAMES, elementary_functions, far_reduction
 from ..loops import in_calling_order
 from ..templates import render
 from .loops import CLoopPrinter
 
-#: The functions that others call, and with them what these call.
-NAMES = ("sin", "cos", "exp", "log", "sinh", "cosh", "atan2", "stumpff", *(f"stumpff{k}" for k in range(6)))
 #: Functions of elementary.machine in C.
 _MACHINE = {
     "power_of_two": "FN(power_of_two)", "is_odd": "FN(is_odd)", "change_sign": "FN(change_sign)",
@@ -30,60 +25,15 @@ _MACHINE = {
 
 def elementary_header() -> str:
     """Text of elementary.h."""
-    far = _algorithms(DOUBLE).reduce_far.specialised([REAL, IntVector[len(TWO_OVER_PI)].type])
     return render(
         "elementary.h.j2",
-        far=_text([far], _DoublePrinter),
-        double=_text(_roots(DOUBLE), _VectorPrinter),
-        single=_text(_roots(SINGLE), _VectorPrinter),
+        far=_text([far_reduction()], _DoublePrinter),
+        double=_text(elementary_functions(NAMES, DOUBLE), _VectorPrinter),
+        single=_text(elementary_functions(NAMES, SINGLE), _VectorPrinter),
         places=[f"0x{word:08x}" for word in TWO_OVER_PI.tolist()],
         shifters=[float(c.shifter) for c in (DOUBLE, SINGLE)],
         names=[n for n in NAMES if n not in ("atan2", "stumpff")],
     )
-
-
-def _roots(c: Constants) -> list[Function]:
-    algorithms = _algorithms(c)
-    return [getattr(algorithms, name).specialised([REAL] * (2 if name == "atan2" else 1)) for name in NAMES]
-
-
-def _algorithms(c: Constants) -> SimpleNamespace:
-    """The text as algorithms of one precision: its constants are static values."""
-
-    def constants(x: Any) -> Any:
-        return c
-
-    constants.static_value = _static(c)  # type: ignore[attr-defined]
-    inputs = (Parameter("x", REAL), Parameter("far", BOOL), *(Parameter(n, REAL) for n in ("high", "low", "quadrant")))
-    written = Function("far_or_near", "", inputs, (REAL,) * 3, ())
-    lanes = SimpleNamespace(
-        is_callable_in_algorithms=True, name=written.name, text=SimpleNamespace(parameters=inputs),
-        specialised=lambda *_: written,
-    )  # fmt: skip
-    words = IntVector[len(TWO_OVER_PI)]
-    meanings = {"Real": Real, "Static": Static, "Words": words, "constants": constants, "far_or_near": lanes}
-    return functions.compiled(inlined, meanings)
-
-
-class _Labelled(tuple[float, ...]):
-    """A polynomial, whose name is seen in those of functions."""
-
-    label = ""
-
-
-class _Static(Constants):
-    label = ""
-
-
-def _static(c: Constants) -> _Static:
-    values: dict[str, Any] = {}
-    for name, value in c._asdict().items():
-        if isinstance(value, tuple):
-            values[name] = _Labelled(float(v) for v in value)
-            values[name].label = name
-        else:
-            values[name] = float(value)
-    return _Static(**values)
 
 
 def _text(roots: Sequence[Function], printer: type[CLoopPrinter]) -> str:

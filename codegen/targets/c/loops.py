@@ -34,7 +34,7 @@ from ...ir.loops.nodes import (
     parts,
     walk,
 )  # fmt: skip
-from ...ir.loops.types import REAL, ArrayType, Parameter, Scalar
+from ...ir.loops.types import INT, REAL, ArrayType, Parameter, Scalar
 from ..loops import LoopPrinter, counted, in_calling_order, takes_count
 from ..printer import comment_text
 from .names import STORED, TYPES, c_function_name, c_name
@@ -56,6 +56,10 @@ class CLoopPrinter(LoopPrinter):
 
     logical = {"and": "&&", "or": "||", "not": "!"}
     functions = frozenset(("//", "%", "<<"))
+    #: Types of numbers, and of integers of arrays by the bits in which they are stored.
+    types, stored = TYPES, STORED
+    #: How functions of numbers are called.
+    number_functions = _FUNCTIONS
 
     def __init__(self, function: Function) -> None:
         self.function = function
@@ -80,8 +84,12 @@ class CLoopPrinter(LoopPrinter):
         return f"{c_name(array.name)}_count_"
 
     def load(self, array: Array, index: Expression) -> str:
-        element = f"{c_name(array.name)}[{self.text(index)}]"
-        return element if array.type.bits == 64 else f"(ptrdiff_t){element}"
+        element = self.element(array, index)
+        return element if array.type.bits == 64 else f"({self.types[INT]}){element}"
+
+    def element(self, array: Array, index: Expression) -> str:
+        """An element, to be read or stored."""
+        return f"{c_name(array.name)}[{self.text(index)}]"
 
     def select(self, condition: str, yes: str, no: str) -> str:
         return f"{condition} ? {yes} : {no}"
@@ -92,8 +100,8 @@ class CLoopPrinter(LoopPrinter):
         if name == "largest":
             return "K(BS_GREATEST)"
         if name == "<<":
-            return f"(ptrdiff_t)((uint64_t)({arguments[0]}) << ({arguments[1]}))"
-        function = _FUNCTIONS[name]
+            return f"({self.types[INT]})((uint64_t)({arguments[0]}) << ({arguments[1]}))"
+        function = self.number_functions[name]
         joined = ", ".join(arguments)
         return f"{function}({joined})"
 
@@ -106,15 +114,15 @@ class CLoopPrinter(LoopPrinter):
 
     def type_of(self, name: str, scalar: Scalar) -> str:
         """C type of a number, or of those of an array."""
-        return TYPES[scalar]
+        return self.types[scalar]
 
     def stored_type(self, array: Array) -> str:
         """C type of the numbers of a parameter's array."""
-        return STORED.get(array.type.bits) or self.type_of(array.name, array.type.scalar)
+        return self.stored.get(array.type.bits) or self.type_of(array.name, array.type.scalar)
 
     def result_type(self, k: int) -> str:
         """C type of a number that the function returns."""
-        return TYPES[self.function.results[k]]
+        return self.types[self.function.results[k]]
 
     def value_for(self, name: str, value: Expression) -> str:
         """What is assigned to a number or an element."""
@@ -127,6 +135,14 @@ class CLoopPrinter(LoopPrinter):
     def function_name(self, function: Function) -> str:
         """Its name in C, without the instance's tag."""
         return c_function_name(function.name)
+
+    def symbol(self, name: str) -> str:
+        """What a function of this name, which C can have, is called."""
+        return f"FN({name})"
+
+    def array_length(self, size: int) -> str:
+        """Behind the name of an array that a function takes."""
+        return f"[BS_LENGTH({size})]"
 
     def argument(self, call: Call, k: int, before: list[str]) -> str:
         """An argument of a call; lines that come before it are added."""
@@ -152,7 +168,7 @@ class CLoopPrinter(LoopPrinter):
             parameters += [f"{self.result_type(k)} *result{k}_" for k in range(len(function.results))]
         storage = storage or ("BS_INLINE" if function.is_inline else "BS_OUTLINED")
         name = self.function_name(function)
-        return wrap_arguments(f"{storage} {result} FN({name})(", parameters or ["void"], end)
+        return wrap_arguments(f"{storage} {result} {self.symbol(name)}(", parameters or ["void"], end)
 
     def _parameter(self, parameter: Parameter) -> list[str]:
         name = c_name(parameter.name)
@@ -162,9 +178,9 @@ class CLoopPrinter(LoopPrinter):
         const = "const " if parameter.access == "in" else ""
         type = self.stored_type(Array(parameter.name, parameter.type))
         if parameter.type.is_open:
-            count = [f"ptrdiff_t {name}_count_"] if parameter.name in counted(self.function) else []
+            count = [f"{self.types[INT]} {name}_count_"] if parameter.name in counted(self.function) else []
             return [f"{const}{type} *{name}", *count]
-        return [f"{const}{type} {name}[BS_LENGTH({parameter.type.size})]"]
+        return [f"{const}{type} {name}{self.array_length(parameter.type.size)}"]
 
     @cached_property
     def _read(self) -> set[str]:
@@ -222,9 +238,9 @@ class CLoopPrinter(LoopPrinter):
                 type = self.type_of(array.name, array.type.scalar)
                 return [f"{type} {c_name(array.name)}[{array.type.size}]{zero};"]
             case Store(array, index, value):
-                cast, text = STORED.get(array.type.bits), self.value_for(array.name, value)
+                cast, text = self.stored.get(array.type.bits), self.value_for(array.name, value)
                 stored = f"({cast})({text})" if cast else text
-                return [f"{c_name(array.name)}[{self.text(index)}] = {stored};"]
+                return [f"{self.element(array, index)} = {stored};"]
             case Call():
                 return self._call_lines(statement, declared)
             case For(variable, start, stop, step, inner):
@@ -233,7 +249,7 @@ class CLoopPrinter(LoopPrinter):
                 change = {1: f"{name}++", -1: f"{name}--"}.get(step, f"{name} += {step}")
                 bounds = f"{name} = {self.text(start)}; {name} {compare} {self.inside(stop, 6)}"
                 body_lines = self._block(inner, {*declared, variable.name})
-                return [f"for (ptrdiff_t {bounds}; {change}) {{", *_indent(body_lines), "}"]
+                return [f"for ({self.types[INT]} {bounds}; {change}) {{", *_indent(body_lines), "}"]
             case While(condition, inner):
                 return [f"while ({self.text(condition)}) {{", *_indent(self._block(inner, declared)), "}"]
             case If(condition, yes, no):
@@ -265,13 +281,13 @@ class CLoopPrinter(LoopPrinter):
             if isinstance(each, View) and each.rows is not None and takes_count(call.callee, k):
                 arguments.append(self.text(each.rows))
         if isinstance(call.callee, KernelSignature):
-            return [*before, *wrap_arguments(f"FN({call.callee.symbol})(", arguments, ");")]
+            return [*before, *wrap_arguments(f"{self.symbol(call.callee.symbol)}(", arguments, ");")]
         lines = [
             f"{self.type_of(r.name, r.type)} {c_name(r.name)};"
             for r in call.results
             if r.name not in declared and len(call.results) > 1
         ]
-        name = f"FN({self.function_name(call.callee)})("
+        name = f"{self.symbol(self.function_name(call.callee))}("
         if len(call.results) == 1 and len(call.callee.results) == 1:
             result = call.results[0]
             if result.name not in self._read:

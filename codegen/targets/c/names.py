@@ -36,6 +36,11 @@ errno linux unix stdin stdout stderr uint8_t uint32_t uint64_t threadIdx blockId
 _TAKEN = frozenset(_WORDS.split())
 
 
+def is_c_word(name: str) -> bool:
+    """Whether a name is a word of C or C++, or one that their headers have."""
+    return name in _TAKEN
+
+
 #: Headers before the functions of an algorithm.
 _HEADERS = ("instance.h", "rows.h", "loops.h", "lanes.h", "elementary.h")
 

@@ -1,0 +1,82 @@
+"""Writing of exported files: everything is checked and printed before the first one is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+
+from ..errors import InputError
+from ..optimise.variants import Variant
+from .names import check_names
+from .unit import ExportedAlgorithm, Unit, exported_unit
+
+#: Languages by what users call them: the module of `languages` that prints them, the function, precisions.
+_LANGUAGES = {
+    "c99": ("c99", "c99_files", ("f64", "f32")),
+}
+#: What files can be exported in.
+LANGUAGES = tuple(_LANGUAGES)
+_PRECISIONS = {"float64": "f64", "float32": "f32"}
+
+
+def export(
+    items: Sequence[Variant | ExportedAlgorithm],
+    language: str,
+    folder: str | Path,
+    name: str,
+    dtype: str = "",
+) -> list[Path]:
+    """Write kernels and algorithms as source files of a language.
+
+    Parameters
+    ----------
+    items : sequence of Variant or ExportedAlgorithm
+    language : str
+        One of `LANGUAGES`.
+    folder : path
+        Made where it is not there.
+    name : str
+        Of the files, and before or around all names in them.
+    dtype : {"", "float64", "float32"}
+        Of the numbers. Default: what is usual in the language.
+
+    Returns
+    -------
+    list of Path
+        The files.
+
+    Raises
+    ------
+    InputError
+        If there is no such language or precision, two functions have one name, or a name cannot be one there. Nothing
+        has been written then.
+    """
+    texts = export_texts(items, language, name, dtype)
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for file, text in texts.items():
+        path = target / file
+        part = path.with_name(f"{file}.part")
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+        paths.append(path)
+    return paths
+
+
+def export_texts(
+    items: Sequence[Variant | ExportedAlgorithm], language: str, name: str, dtype: str = ""
+) -> Mapping[str, str]:
+    """The files of `export`, by name."""
+    if language not in _LANGUAGES:
+        raise InputError(f"there is no language {language!r}.", remedy=f"Choose one of {', '.join(LANGUAGES)}.")
+    module, function, precisions = _LANGUAGES[language]
+    precision = _PRECISIONS.get(dtype) if dtype else precisions[0]
+    if precision not in precisions:
+        known = ", ".join(d for d, p in _PRECISIONS.items() if p in precisions)
+        raise InputError(f"{language} has no numbers of type {dtype!r}.", remedy=f"There are: {known}.")
+    unit = exported_unit(name, items, precision)
+    check_names(unit, language)
+    files: Callable[[Unit], Mapping[str, str]] = getattr(import_module(f".languages.{module}", __package__), function)
+    return files(unit)

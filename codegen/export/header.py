@@ -1,0 +1,31 @@
+"""What every exported file begins with: what it is, whose it is, how to compile it, and its conventions."""
+
+from __future__ import annotations
+
+import textwrap
+
+from ..status import Status
+from ..version import __version__
+from .unit import Unit
+
+_WIDTH = 112
+
+
+def header_lines(unit: Unit) -> list[str]:
+    """Lines of the comment at the beginning of a file."""
+    codes = ", ".join(f"{code.value} {code.name}" for code in Status)
+    has_status = any(s.is_status for e in unit.entries for s in e.outputs)
+    count = len(unit.entries)
+    parts = [
+        f"{unit.name}: {count} function{'' if count == 1 else 's'} of geometric algebra, by bladesmith {__version__}.",
+        "This text is yours: use, change and pass it on as you like, without conditions "
+        "(SPDX-License-Identifier: 0BSD).",
+        "",
+        "The same numbers give the same bits in every language and on every machine, but for those of a NaN, where "
+        "products and sums are not contracted (gcc, clang: -ffp-contract=off) and not reordered (no -ffast-math).",
+        "Angles are in radians, lengths in whatever unit the arguments have. Coefficients stand in the order of the "
+        "fields; s is the scalar, e12 that of the blade e12.",
+    ]
+    if has_status:
+        parts.append(f"Codes of status: {codes}. Values of items with another code than 0 are NaN or as the code says.")
+    return [line for part in parts for line in (textwrap.wrap(part, _WIDTH) or [""])]

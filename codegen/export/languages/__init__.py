@@ -1,0 +1,1 @@
+"""Languages: a printer of the loop IR and a template of a file for each."""

@@ -1,0 +1,241 @@
+"""What one exported file holds, in no language: structs, functions in calling order, and what is said of them."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ..algebra.algebra import Kind
+from ..errors import InputError
+from ..ir.loops.nodes import Call, For, Function, If, Intrinsic, KernelSignature, Statement, While, expressions, parts
+from ..optimise.accuracy import error_bound
+from ..optimise.variants import Variant
+from ..targets.elementary import FAR_OR_NEAR
+from ..targets.loops import in_calling_order
+from ..targets.printer import comment_text
+from ..trace.kernel import Formula, Kernel, blade_label
+from .elementary import ELEMENTARY, elementary_functions
+from .kernel_functions import kernel_function
+
+
+@dataclass(frozen=True)
+class Struct:
+    """The coefficients of a kind by name, in their order."""
+
+    name: str
+    fields: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Slot:
+    """An argument or a result of a kernel: a struct, an array of ``size`` numbers, or one number (``size`` 0).
+
+    ``array``: its name in the kernel's function. ``is_status``: an integer, a `bladesmith.Status`.
+    """
+
+    name: str
+    array: str
+    size: int
+    struct: Struct | None = None
+    is_status: bool = False
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A function for users: a kernel, with structs, or an algorithm, on arrays (no slots)."""
+
+    name: str
+    function: Function
+    notes: tuple[str, ...]
+    inputs: tuple[Slot, ...] = ()
+    outputs: tuple[Slot, ...] = ()
+
+    @property
+    def is_kernel(self) -> bool:
+        return bool(self.outputs)
+
+
+@dataclass(frozen=True)
+class Unit:
+    """One file.
+
+    Attributes
+    ----------
+    name : str
+        An identifier: of the file, and before or around all names in it.
+    precision : {"f64", "f32"}
+    structs : tuple of Struct
+    functions : tuple of Function
+        What entries call, callees first.
+    entries : tuple of Entry
+    mathematics : tuple of Function
+        Elementary functions that all of these need, callees first.
+    """
+
+    name: str
+    precision: str
+    structs: tuple[Struct, ...]
+    functions: tuple[Function, ...]
+    entries: tuple[Entry, ...]
+    mathematics: tuple[Function, ...]
+
+    @property
+    def intrinsics(self) -> frozenset[str]:
+        """Functions of numbers that occur, for which a language has names or texts."""
+        own = [*self.functions, *(e.function for e in self.entries), *self.mathematics]
+        return frozenset(p.name for f in own for p in _intrinsics(f))
+
+    @property
+    def is_reduced_far(self) -> bool:
+        """Whether angles are reduced."""
+        return any(f.name == FAR_OR_NEAR for f in self.mathematics)
+
+
+@dataclass(frozen=True)
+class ExportedAlgorithm:
+    """An algorithm to export: its function for some sizes, its name, and what is said of it."""
+
+    name: str
+    function: Function
+    notes: tuple[str, ...] = ()
+
+
+def exported_unit(name: str, items: Sequence[Variant | ExportedAlgorithm], precision: str = "f64") -> Unit:
+    """Collect what the functions of a file need.
+
+    Raises
+    ------
+    InputError
+        If two functions have one name.
+    """
+    structs: dict[tuple[str, ...], Struct] = {}
+    linker = _Linker()
+    entries: dict[str, Entry] = {}
+    for item in items:
+        entry = linker.kernel_entry(item, structs) if isinstance(item, Variant) else linker.algorithm_entry(item)
+        if entry.name in entries:
+            raise InputError(
+                f"two exported functions are called {entry.name}.", remedy="Give one of them another name (name=...)."
+            )
+        entries[entry.name] = entry
+    own = [e.function for e in entries.values()]
+    called, _ = in_calling_order([linker.linked(f) for f in own])
+    inner = {f.name for e in own for f in _deep_callees(e)}
+    functions = tuple(f for f in called if f.name in inner)
+    used = {part.name for f in called for part in _intrinsics(f)} & ELEMENTARY
+    return Unit(
+        name, precision, tuple(structs.values()), functions, tuple(entries.values()),
+        tuple(elementary_functions(used, precision)),
+    )  # fmt: skip
+
+
+def _intrinsics(function: Function) -> Iterator[Intrinsic]:
+    for statement in function.walk():
+        for expression in expressions(statement):
+            yield from (part for part in parts(expression) if isinstance(part, Intrinsic))
+
+
+def _deep_callees(function: Function) -> list[Function]:
+    found: dict[Function, None] = {}
+    waiting = [function]
+    while waiting:
+        for callee in waiting.pop().callees():
+            if isinstance(callee, Function) and callee not in found:
+                found[callee] = None
+                waiting.append(callee)
+    return list(found)
+
+
+class _Linker:
+    """Makes functions of kernels, where they are exported or algorithms call them."""
+
+    def __init__(self) -> None:
+        self.kernels: dict[Kernel, Function] = {}
+        self.linked_functions: dict[Function, Function] = {}
+
+    def kernel_entry(self, variant: Variant, structs: dict[tuple[str, ...], Struct]) -> Entry:
+        kernel, function = variant.kernel, kernel_function(variant, self.kernels)
+        arrays = iter(function.parameters)
+        outputs = tuple(_slot(o.name, next(arrays).name, o.kind, structs, o.role) for o in kernel.outputs)
+        inputs = tuple(_slot(i.name, next(arrays).name, i.kind, structs) for i in kernel.inputs)
+        return Entry(kernel.name, function, kernel_notes(variant), inputs, outputs)
+
+    def algorithm_entry(self, item: ExportedAlgorithm) -> Entry:
+        function = self.linked(item.function)
+        return Entry(item.name, function, (item.function.note, *item.notes))
+
+    def linked(self, function: Function) -> Function:
+        """The function, with those of kernels where it and what it calls have their signatures."""
+        found = self.linked_functions.get(function)
+        if found is None:
+            found = self.linked_functions[function] = replace(function, body=self._body(function.body))
+            self.linked_functions[found] = found
+        return found
+
+    def _body(self, body: tuple[Statement, ...]) -> tuple[Statement, ...]:
+        return tuple(self._statement(s) for s in body)
+
+    def _statement(self, statement: Statement) -> Statement:
+        match statement:
+            case Call(KernelSignature() as signature, _, _):
+                return replace(statement, callee=kernel_function(signature.kernel.variant, self.kernels))
+            case Call(Function() as function, _, _):
+                return replace(statement, callee=self.linked(function))
+            case For() | While():
+                return replace(statement, body=self._body(statement.body))
+            case If():
+                return replace(statement, yes=self._body(statement.yes), no=self._body(statement.no))
+            case _:
+                return statement
+
+
+def _slot(name: str, array: str, kind: Kind, structs: dict[tuple[str, ...], Struct], role: str = "value") -> Slot:
+    if role == "status" or kind.is_scalar_argument or kind.blades == (0,):
+        return Slot(name, array, 0, is_status=role == "status")
+    return Slot(name, array, kind.size, _struct(kind, structs))
+
+
+def _struct(kind: Kind, structs: dict[tuple[str, ...], Struct]) -> Struct | None:
+    """The struct of a kind: that of all kinds with these blades, named as the algebra's first one."""
+    if kind.form != "multivector":
+        return None
+    fields = tuple(blade_label(kind.algebra.blade_name(b)) for b in kind.blades)
+    if fields not in structs:
+        first = next((k.name for k in kind.algebra.kinds.values() if k.blades == kind.blades), kind.name)
+        taken = {s.name for s in structs.values()}
+        structs[fields] = Struct(first if first not in taken else f"{first}_{len(fields)}", fields)
+    return structs[fields]
+
+
+def kernel_notes(variant: Variant) -> tuple[str, ...]:
+    """What is said of a kernel: its note, formula, operations, error bound, and the order of its coefficients."""
+    kernel = variant.kernel
+    notes = [comment_text(kernel.note or kernel.name)]
+    if formula := formula_text(kernel.formula):
+        notes.append(f"Formula: {formula}.")
+    bound = error_bound(kernel, variant.roots)
+    error = f"at most about {bound:.2g} roundoffs of the largest coefficient" if bound else "none"
+    notes.append(f"Operations: {variant.operations.text()} Rounding: {error}.")
+    return tuple(notes)
+
+
+def formula_text(formula: Formula | Callable[..., Any]) -> str:
+    """What a formula of one line returns, as it is written; else its name in the package's text, or nothing."""
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(inspect.unwrap(formula))))
+    except (OSError, TypeError, SyntaxError):
+        return ""
+    found = tree.body[0]
+    body = [s for s in getattr(found, "body", []) if not _is_text(s)]
+    if len(body) == 1 and isinstance(body[0], ast.Return) and body[0].value is not None:
+        return comment_text(ast.unparse(body[0].value))
+    module = str(formula.__module__)
+    return f"{module.partition('.codegen.')[2]}.{formula.__name__}" if ".codegen." in module else ""
+
+
+def _is_text(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)

@@ -1,0 +1,84 @@
+"""Programs around exported files: they read rows of numbers of all kernels, and write the results of each row."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from bladesmith.codegen.export.places import result_of
+from bladesmith.codegen.export.unit import Entry, Slot, Unit
+
+from .stock import Case
+
+#: From a unit to the program's text.
+DriverText = Callable[[Unit, int], str]
+
+
+def run_driver(command: Sequence[str], cases: Sequence[Case], folder: Path) -> list[np.ndarray]:
+    """Feed the cases to a program, and take its results."""
+    dtype = cases[0].inputs.dtype
+    (folder / "inputs.bin").write_bytes(b"".join(c.inputs.tobytes() for c in cases))
+    subprocess.run([*command, "inputs.bin", "results.bin"], cwd=folder, check=True, timeout=300)
+    found, start = np.fromfile(folder / "results.bin", dtype), 0
+    results = []
+    for case in cases:
+        size = case.results.size
+        results.append(found[start : start + size].reshape(case.results.shape))
+        start += size
+    assert start == found.size
+    return results
+
+
+def input_places(entry: Entry, row: str) -> list[str]:
+    """Arguments as texts of C, made of the numbers of a row."""
+    found, start = [], 0
+    for slot in entry.inputs:
+        size = slot.size or 1
+        numbers = [f"{row}[{k}]" for k in range(start, start + size)]
+        found.append("{" + ", ".join(numbers) + "}" if slot.size else numbers[0])
+        start += size
+    return found
+
+
+def output_places(entry: Entry) -> list[str]:
+    """Places of all results behind ``r``, in their order."""
+    own = result_of(entry)
+    if own.slot:
+        return _places(own.slot, "r")
+    return [place for slot in own.fields for place in _places(slot, f"r.{slot.name}")]
+
+
+def _places(slot: Slot, name: str) -> list[str]:
+    if slot.struct:
+        return [f"{name}.{field}" for field in slot.struct.fields]
+    return [f"{name}[{k}]" for k in range(slot.size)] if slot.size else [name]
+
+
+def c_driver(unit: Unit, count: int) -> str:
+    """A program of C for `run_driver`."""
+    real = "double" if unit.precision == "f64" else "float"
+    p = unit.name
+    lines = [f'#include "{p}.h"', "#include <stdio.h>", "int main(int count, char **names)", "{"]
+    lines += ["  (void)count;", '  FILE *in = fopen(names[1], "rb"), *out = fopen(names[2], "wb");']
+    for entry in unit.entries:
+        size = sum(slot.size or 1 for slot in entry.inputs)
+        places = output_places(entry)
+        lines += [f"  for (int i = 0; i < {count}; i++) {{", f"    {real} x[{size}], y[{len(places)}];"]
+        lines += [f"    if (fread(x, sizeof(x[0]), {size}, in) != {size}) return 1;"]
+        arguments = []
+        for k, (slot, text) in enumerate(zip(entry.inputs, input_places(entry, "x"), strict=True)):
+            kind = f"{p}_{slot.struct.name}" if slot.struct else real
+            length = f"[{slot.size}]" if slot.size and not slot.struct else ""
+            lines.append(f"    {kind} a{k}{length} = {text};")
+            arguments.append(f"a{k}")
+        own = result_of(entry)
+        kind = f"{p}_{entry.name}_result"
+        if own.slot:
+            kind = f"{p}_{own.slot.struct.name}" if own.slot.struct else real
+        lines.append(f"    {kind} r = {p}_{entry.name}({', '.join(arguments)});")
+        lines += [f"    y[{k}] = ({real}){place};" for k, place in enumerate(places)]
+        lines += [f"    fwrite(y, sizeof(y[0]), {len(places)}, out);", "  }"]
+    return "\n".join([*lines, "  return fclose(out) != 0;", "}", ""])
