@@ -16,7 +16,7 @@ import numpy as np
 from .algebra.algebra import Algebra, Kind
 from .algebra.blades import shortened_identifier
 from .algebra.multivector import Multivector
-from .compiler import as_written, bind_kernel, optimise_quickly, print_source
+from .compiler import as_written, bind_kernel, compile_declared, optimise_quickly, print_source
 from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
 from .execute.arrays import BoundKernel, native_array
 from .ir.graph import Graph
@@ -26,7 +26,7 @@ from .rings.protocol import NumericRing, PrecisionRing
 from .trace.calls import call_in_graph
 from .trace.declared_formula import Declared, DeclaredFormula
 from .trace.derivatives import derivative_formula, derivative_kinds
-from .trace.kernel import Formula, Kernel, coefficient_name
+from .trace.kernel import Formula, Kernel, Output, coefficient_name
 from .trace.outputs import as_outputs
 
 #: Where a kernel can run: compiled C, numba, a CUDA device, or the numba text on NumPy columns.
@@ -100,6 +100,11 @@ class KernelFunction(DeclaredFormula):
         self._bound: dict[tuple[str, str], Any] = {}
         self._variant: Variant | None = None
         self._pair: Callable[[Any, Any], Any] | None = None
+        self._outputs: tuple[Output, ...] = ()  # known without tracing, where the kernel was in the cache
+
+    def declared_parts(self) -> list[Any]:
+        """What it is traced and selected from."""
+        return [*super().declared_parts(), self.search]
 
     # -- stages --------------------------------------------------------------------------------------------
 
@@ -262,7 +267,8 @@ class KernelFunction(DeclaredFormula):
     def _compile(self, target: str, precision: str) -> Any:
         if target == "c":
             try:
-                return bind_kernel(self.variant, target, precision)
+                made, self._outputs = compile_declared(self, lambda: self.variant, precision)
+                return made
             except CompilerMissingError as error:
                 target = "numba" if _has_numba() else "numpy"
                 _log.warning("%s runs by %s: %s.", self.name, target, error.what)
@@ -308,7 +314,7 @@ class KernelFunction(DeclaredFormula):
         if owner is None:
             return results
         items = results if isinstance(results, tuple) else (results,)
-        outputs = self.traced.outputs
+        outputs = self._outputs or self.traced.outputs
         codes = next((v for v, o in zip(items, outputs, strict=True) if o.role == "status"), None)
         values = [
             v if o.kind.form != "multivector" else owner.wrap(o.kind if is_proved else o.kind.layout, v, codes)

@@ -32,7 +32,7 @@ declaring a kernel loads neither SymPy nor a compiler.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -40,7 +40,8 @@ from typing import TYPE_CHECKING, Any
 from .algebra.algebra import Algebra, Kind
 from .errors import InputError, SpecError
 from .execute.arrays import AddedKernel, BoundKernel, Library, LoopError
-from .trace.kernel import Formula, Kernel, interface
+from .trace.declared_formula import DeclaredFormula
+from .trace.kernel import Formula, Kernel, Output, interface
 from .trace.trace import trace
 
 if TYPE_CHECKING:
@@ -52,6 +53,8 @@ if TYPE_CHECKING:
 
 #: Generated folder of the extension that calls kernels which are made at run time.
 CALLS = "calls"
+#: A kernel as a function of arrays, and what it returns.
+Compiled = tuple[BoundKernel, tuple[Output, ...]]
 #: Languages that kernels are printed in.
 LANGUAGES = ("c", "numba", "cuda")
 
@@ -179,16 +182,22 @@ def build_kernel(variant: Variant, precision: str = "f64") -> AddedKernel:
 
 
 def _add_kernel(variant: Variant, instance: Instance) -> AddedKernel:
-    from .build.extension import generated_extension, load, load_unit
+    from .build.extension import load_unit, unit_stem
     from .build.flags import UNIT_FLAGS
-    from .build.installed import bundled_folder, headers, installed_program
     from .targets.c.extension import kernel_source
 
-    calls = installed_program(CALLS) or load(generated_extension(bundled_folder(CALLS), headers()))
     source = kernel_source(variant, instance)
-    is_elementary = "elementary.h" in source.headers  # sines and series gain by more than these options
-    unit = load_unit(source if is_elementary else replace(source, options=UNIT_FLAGS))
-    return AddedKernel(calls, source.name, unit)
+    if "elementary.h" not in source.headers:  # sines and series gain by more than these options
+        source = replace(source, options=UNIT_FLAGS)
+    return AddedKernel(_calls(), source.name, load_unit(source), unit_stem(source))
+
+
+def _calls() -> Any:
+    """The extension that calls kernels which are made at run time."""
+    from .build.extension import generated_extension, load
+    from .build.installed import bundled_folder, headers, installed_program
+
+    return installed_program(CALLS) or load(generated_extension(bundled_folder(CALLS), headers()))
 
 
 # -- 5. execute --------------------------------------------------------------------------------------------
@@ -254,6 +263,32 @@ def compile_kernel(variant: Variant, precision: str = "f64") -> BoundKernel:
     """Print, build and bind one kernel in C."""
     library = build_kernel(variant, precision)
     return bind_library(library, variant.kernel, library.symbol)
+
+
+def compile_declared(declared: DeclaredFormula, select: Callable[[], Variant], precision: str) -> Compiled:
+    """A declared kernel in C, with its outputs: as another process left it in the cache, else `compile_kernel`.
+
+    Parameters
+    ----------
+    declared : DeclaredFormula
+    select : callable
+        Traces it and selects the variant that is printed: not called where the kernel is in the cache.
+    precision : {"f64", "f32"}
+    """
+    from .build.built_kernels import Place
+    from .build.extension import unit_in_cache
+
+    place = Place(declared, precision)
+    found = place.read()
+    unit = found and unit_in_cache(found.unit)
+    if found and unit:
+        with suppress(LoopError):
+            added = AddedKernel(_calls(), found.symbol, unit, found.unit)
+            return BoundKernel(added, found.symbol, *interface(found)), found.outputs
+    variant = select()
+    library = build_kernel(variant, precision)
+    place.write(library.symbol, library.unit, variant.kernel.outputs)
+    return bind_library(library, variant.kernel, library.symbol), variant.kernel.outputs
 
 
 def bind_kernel(variant: Variant, target: str, precision: str = "f64") -> Any:

@@ -119,6 +119,11 @@ def fetch(stem: str, build: Callable[[Path], Mapping[str, object]], suffix: str 
         ) from None
 
 
+def find(stem: str) -> Path | None:
+    """Path of the library `stem`, where the cache holds it."""
+    return _library_if_intact(directory() / stem, LIBRARY_SUFFIX)
+
+
 def entries() -> list[Entry]:
     """Entries of the cache, most recently used first."""
     return sorted(_entries(directory()), key=lambda entry: -entry.used)

@@ -87,6 +87,31 @@ def load_unit(unit: ExtensionSource) -> int:
     return int(load(unit).address)
 
 
+def unit_stem(unit: ExtensionSource) -> str:
+    """Name of a unit's entry in the cache. Raises CompilerMissingError if there is no compiler."""
+    return stem_of(unit.name, _key(unit, required_compiler()))
+
+
+def unit_in_cache(stem: str) -> int | None:
+    """Address of a unit by the name of its entry; None where the cache does not hold it."""
+    with _loading.lock(stem):
+        module = _loading.modules.get(stem)
+        if module is None:
+            library = cache.find(stem)
+            if library is None:
+                return None
+            try:
+                module = _loading.modules[stem] = _open_unit(stem, library)
+            except OSError:  # removed after it was checked
+                return None
+    return int(module.address)
+
+
+def build_identity() -> tuple[object, ...]:
+    """Everything that changes compiled code besides its text. Raises CompilerMissingError if there is no compiler."""
+    return _identity(required_compiler())
+
+
 def generated_extension(folder: Path, headers: Path) -> ExtensionSource:
     """The extension of a generated folder, for when it was not compiled at install or has changed since.
 

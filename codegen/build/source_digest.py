@@ -6,12 +6,14 @@ Imports are followed through this package, also those inside functions: what cou
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 
 from ..start_time import LOADED
+from ..version import __version__
 
 ROOT = Path(__file__).resolve().parent.parent
 _FROM = re.compile(r"^[ \t]*from[ \t]+(\.+)([\w.]*)[ \t]+import[ \t]*(\([^)]*\)|[^\n]*)", re.MULTILINE)
@@ -40,6 +42,31 @@ def digest(files: Iterable[str]) -> str | None:
     except (OSError, UnicodeDecodeError):
         return None
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+@cache
+def stamp() -> str | None:
+    """Names, sizes and times of all files of the compiler and of its templates: it changes when any of them does.
+
+    Nothing is read: Python tells by the same two that its own compiled files are old. None where there are no such
+    files, or one is younger than what this process runs.
+    """
+    found = []
+    try:
+        waiting = [str(ROOT), str(ROOT.parent / "templates")]
+        while waiting:
+            with os.scandir(waiting.pop()) as entries:
+                for entry in entries:
+                    if entry.is_dir():
+                        waiting += [entry.path] if entry.name != "__pycache__" else []
+                    else:
+                        status = entry.stat()
+                        if status.st_mtime >= LOADED:
+                            return None
+                        found.append((entry.path, status.st_size, status.st_mtime_ns))
+    except OSError:
+        return None
+    return hashlib.sha256(repr((__version__, sorted(found))).encode()).hexdigest()
 
 
 def affects_text(name: str) -> bool:

@@ -136,6 +136,8 @@ class AddedKernel:
     symbol : str
     unit : int
         Address of a unit with this kernel alone.
+    name : str
+        Of that unit's entry in the cache.
 
     Raises
     ------
@@ -146,8 +148,8 @@ class AddedKernel:
     _numbers: ClassVar[dict[tuple[Any, int], int]] = {}
     _adding: ClassVar[Lock] = Lock()
 
-    def __init__(self, module: Any, symbol: str, unit: int) -> None:
-        self.module, self.symbol = module, symbol
+    def __init__(self, module: Any, symbol: str, unit: int, name: str = "") -> None:
+        self.module, self.symbol, self.unit = module, symbol, name
         self.ffi, self.lib = module.ffi, module.lib
         with self._adding:
             number = self._numbers.get((self.lib, unit))

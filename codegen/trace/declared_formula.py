@@ -13,6 +13,8 @@ from ..errors import InputError, KindError, SignatureError, TraceError
 from ..ir.loops.nodes import KernelSignature
 from .derivatives import tangent_formula
 from .kernel import Formula, Kernel, argument_names
+from .reached_code import algebra_parts
+from .rows import annotation
 from .trace import trace
 
 #: Longest row of plain numbers: each is a variable of the generated code.
@@ -111,6 +113,14 @@ class DeclaredFormula:
                         like=self.like,
                     )
         return self._traced
+
+    def declared_parts(self) -> list[Any]:
+        """What it is traced from: see `reached_text`."""
+        is_row = any(kind.form == "numbers" for kind in self.kinds)
+        hints = [annotation(self.formula, name) for name in self.arguments] if is_row else None
+        like = self.like and [(o.kind, o.role) for o in self.like.outputs]
+        home = algebra_parts(self.algebra)
+        return [self.formula, self.kinds, self.returns, self.name, home, self.arguments, like, hints]
 
     # -- in algorithms -------------------------------------------------------------------------------------
 

@@ -7,7 +7,7 @@ import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -159,11 +159,23 @@ def coefficient_name(item: Input, index: int) -> str:
     return f"{item.name}_{blade_label(item.kind.algebra.blade_name(item.kind.blades[index]))}"
 
 
-def interface(kernel: Kernel) -> tuple[list[Argument], list[Argument]]:
+class HasArguments(Protocol):
+    """A kernel, or what is left of one that was compiled before."""
+
+    @property
+    def inputs(self) -> Sequence[Input]:
+        """Its arguments."""
+
+    @property
+    def outputs(self) -> Sequence[Output]:
+        """Its results."""
+
+
+def interface(kernel: HasArguments) -> tuple[list[Argument], list[Argument]]:
     """Inputs and outputs of a kernel as functions of arrays see them."""
     inputs = [Argument(i.name, 0 if i.kind.is_scalar_argument else i.kind.size) for i in kernel.inputs]
     codes = [o.role == "status" for o in kernel.outputs]
     outputs = [
-        Argument(o.name, 0 if code else len(o.nodes), code) for o, code in zip(kernel.outputs, codes, strict=True)
+        Argument(o.name, 0 if code else o.kind.size, code) for o, code in zip(kernel.outputs, codes, strict=True)
     ]
     return inputs, outputs
