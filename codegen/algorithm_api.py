@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, overload
 
 import numpy as np
@@ -83,6 +84,8 @@ def _checked(function: Any) -> Callable[..., Any]:
 class CompiledAlgorithm(ABC):
     """What runs compiled: an algorithm, or its derivative."""
 
+    __name__: str
+
     def __init__(self) -> None:
         self._compiled: dict[tuple[Function, str, str], ItemFunction] = {}
 
@@ -127,6 +130,40 @@ class CompiledAlgorithm(ABC):
         if target == "cuda":
             return self_contained(algorithm_cuda(function))
         return algorithm_text(function) if target == "c" else algorithm_numba(function)
+
+    def export(
+        self, language: str, folder: str | Path, *arguments: Any, name: str = "", dtype: str = ""
+    ) -> list[Path]:
+        """Write the function as a source file that needs nothing of this package; see docs/export.md.
+
+        Parameters
+        ----------
+        language : {"c99", "cpp", "rust", "js", "glsl"}
+        folder : path
+            Made where it is not there.
+        *arguments
+            Those of the algorithm, where sizes or static values are not declared.
+        name : str, optional
+            Of the file, and before or around all names in it. Default: the algorithm's.
+        dtype : {"float64", "float32"}, optional
+            Default: what is usual in the language.
+
+        Returns
+        -------
+        list of Path
+            The files.
+
+        Raises
+        ------
+        InputError
+            If there is no such language or precision, sizes are missing, or a name is a word of the language. Nothing
+            has been written then.
+        """
+        from .export.bound import ExportedAlgorithm
+        from .export.export import export
+
+        function = self.function_for(arguments or self.declared_arguments())
+        return export([ExportedAlgorithm(self.__name__, function)], language, folder, name or self.__name__, dtype)
 
     def call(self, target: str, arguments: Sequence[Any]) -> Any:
         """Run compiled on arrays."""

@@ -257,13 +257,13 @@ def generate_group(spec: Mapping[str, Any], module: str, choices: Mapping[str, R
 
 
 def selected_variants(
-    algebra: Algebra, declared: Sequence[Declaration], choices: Mapping[str, Record]
+    algebra: Algebra, declared: Sequence[Declaration], choices: Mapping[str, Record], quick: bool = False
 ) -> Iterator[tuple[Declaration, Variant]]:
-    """Declared kernels with the variants that are printed: those of ``choices``, else searched."""
+    """Declared kernels with the variants that are printed: those of ``choices``, else searched, perhaps quickly."""
     callees: dict[Kernel, Variant] = {}
     for each in declared:
         kernel = trace_kernel(each.formula, each.kinds, each.name, algebra=algebra)
-        yield each, optimise_kernel(kernel, _record_of(kernel, choices), selected=callees)
+        yield each, optimise_kernel(kernel, _record_of(kernel, choices), quick, callees)
 
 
 def _group_from_files(

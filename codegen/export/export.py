@@ -8,8 +8,9 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..optimise.variants import Variant
+from .bound import ExportedAlgorithm
 from .names import check_names
-from .unit import ExportedAlgorithm, Unit, exported_unit
+from .unit import Unit, exported_unit
 
 #: Languages by what users call them: the module of `languages` that prints them, the function, precisions.
 _LANGUAGES = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import re
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -18,8 +19,12 @@ from ..targets.elementary import FAR_OR_NEAR
 from ..targets.loops import in_calling_order
 from ..targets.printer import comment_text
 from ..trace.kernel import Formula, Kernel, blade_label
+from .bound import ExportedAlgorithm, Table
 from .elementary import ELEMENTARY, elementary_functions
 from .kernel_functions import kernel_function
+
+#: Larger first-order bounds say nothing: they do not see sums with twice the digits.
+LARGEST_BOUND = 1e6
 
 
 @dataclass(frozen=True)
@@ -69,6 +74,8 @@ class Unit:
         An identifier: of the file, and before or around all names in it.
     precision : {"f64", "f32"}
     structs : tuple of Struct
+    tables : tuple of Table
+        Constants.
     functions : tuple of Function
         What entries call, callees first.
     entries : tuple of Entry
@@ -79,9 +86,16 @@ class Unit:
     name: str
     precision: str
     structs: tuple[Struct, ...]
+    tables: tuple[Table, ...]
     functions: tuple[Function, ...]
     entries: tuple[Entry, ...]
     mathematics: tuple[Function, ...]
+
+    def name_of(self, function: Function) -> str:
+        """What a function is called in the file; elementary functions have another word before theirs."""
+        names = {e.function: e.name for e in self.entries if not e.is_kernel}
+        taken = {e.name for e in self.entries}
+        return names.get(function) or (f"{function.name}_inner" if function.name in taken else function.name)
 
     @property
     def intrinsics(self) -> frozenset[str]:
@@ -93,15 +107,6 @@ class Unit:
     def is_reduced_far(self) -> bool:
         """Whether angles are reduced."""
         return any(f.name == FAR_OR_NEAR for f in self.mathematics)
-
-
-@dataclass(frozen=True)
-class ExportedAlgorithm:
-    """An algorithm to export: its function for some sizes, its name, and what is said of it."""
-
-    name: str
-    function: Function
-    notes: tuple[str, ...] = ()
 
 
 def exported_unit(name: str, items: Sequence[Variant | ExportedAlgorithm], precision: str = "f64") -> Unit:
@@ -126,9 +131,10 @@ def exported_unit(name: str, items: Sequence[Variant | ExportedAlgorithm], preci
     called, _ = in_calling_order([linker.linked(f) for f in own])
     inner = {f.name for e in own for f in _deep_callees(e)}
     functions = tuple(f for f in called if f.name in inner)
+    tables = {t.name: t for i in items if isinstance(i, ExportedAlgorithm) for t in i.tables}
     used = {part.name for f in called for part in _intrinsics(f)} & ELEMENTARY
     return Unit(
-        name, precision, tuple(structs.values()), functions, tuple(entries.values()),
+        name, precision, tuple(structs.values()), tuple(tables.values()), functions, tuple(entries.values()),
         tuple(elementary_functions(used, precision)),
     )  # fmt: skip
 
@@ -219,6 +225,8 @@ def kernel_notes(variant: Variant) -> tuple[str, ...]:
         notes.append(f"Formula: {formula}.")
     bound = error_bound(kernel, variant.roots)
     error = f"at most about {bound:.2g} roundoffs of the largest coefficient" if bound else "none"
+    if bound > LARGEST_BOUND:
+        error = "compensated, as docs/reliability.md has it"
     notes.append(f"Operations: {variant.operations.text()} Rounding: {error}.")
     return tuple(notes)
 
@@ -232,9 +240,10 @@ def formula_text(formula: Formula | Callable[..., Any]) -> str:
     found = tree.body[0]
     body = [s for s in getattr(found, "body", []) if not _is_text(s)]
     if len(body) == 1 and isinstance(body[0], ast.Return) and body[0].value is not None:
-        return comment_text(ast.unparse(body[0].value))
-    module = str(formula.__module__)
-    return f"{module.partition('.codegen.')[2]}.{formula.__name__}" if ".codegen." in module else ""
+        text = comment_text(ast.unparse(body[0].value))
+        if not re.search(r"\b_[a-z]", text):  # what it calls is not for users
+            return text
+    return f"{formula.__module__}.{formula.__name__}"
 
 
 def _is_text(statement: ast.stmt) -> bool:

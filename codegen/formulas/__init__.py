@@ -19,6 +19,6 @@ def load(name: str) -> ModuleType:
         If there is none of that name.
     """
     for home in map(Path, __path__):
-        for path in home.glob(f"*/{name}.py"):
-            return import_module(f"{__name__}.{path.parent.name}.{name}")
+        for path in home.rglob(f"{name}.py"):
+            return import_module(".".join((__name__, *path.relative_to(home).with_suffix("").parts)))
     raise LookupError(name)

@@ -14,6 +14,7 @@ from ...ir.loops.types import REAL, Scalar
 from ...targets.c.loops import CLoopPrinter, wrap_arguments
 from ...targets.c.names import c_name
 from ...targets.elementary import FAR_OR_NEAR
+from ..bound import Table
 from ..elementary import far_functions
 from ..header import header_lines
 from ..places import places_of, result_of
@@ -86,7 +87,7 @@ class ExportPrinter(CLoopPrinter):
     def function_name(self, function: Function) -> str:
         if self.is_far or function in self.unit.mathematics:
             return self.mathematics + function.name
-        return next((e.name for e in self.unit.entries if e.function is function and not e.is_kernel), function.name)
+        return self.unit.name_of(function)
 
     def array_length(self, size: int) -> str:
         return f"[{size}]"
@@ -99,6 +100,12 @@ class ExportPrinter(CLoopPrinter):
     def value_for(self, name: str, value: Expression) -> str:
         text = super().value_for(name, value)
         return f"(int)({text})" if name in self.statuses else text
+
+    def table_lines(self, table: Table) -> list[str]:
+        """Constants of the file."""
+        kind = self.stored.get(table.type.bits) or self.type_of("", table.type.scalar)
+        numbers = [self.constant(Constant(v, table.type.scalar)) for v in table.values]
+        return wrap_arguments(f"static const {kind} {table.name}[{len(numbers)}] = {{", numbers, "};")
 
     # -- kernels on structs --------------------------------------------------------------------------------------------
 
@@ -145,6 +152,7 @@ def file_values(unit: Unit, printer: type[ExportPrinter]) -> dict[str, Any]:
         "places": TWO_OVER_PI.tolist(),
         "far": [printer(f, unit).lines() for f in far],
         "mathematics": [printer(f, unit).lines() for f in unit.mathematics if f.name != FAR_OR_NEAR],
+        "tables": [printer(unit.entries[0].function, unit).table_lines(t) for t in unit.tables],
         "functions": [printer(f, unit).lines() for f in unit.functions],
         "kernels": kernels,
         "algorithms": algorithms,

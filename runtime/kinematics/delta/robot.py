@@ -7,6 +7,7 @@ The formulas are in `codegen.formulas`: `delta`, `delta_rates` and `delta_frame`
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from numpy.typing import NDArray
@@ -75,6 +76,44 @@ class DeltaRobot(DeltaGeometry):
     >>> robot.forward(theta).round(12)
     array([ 0.1 , -0.05,  0.9 ])
     """
+
+    def export(
+        self, language: str, folder: str | Path, name: str = "delta", *, elbow: Any = "outer", root: str = "far",
+        dtype: str = "",
+    ) -> list[Path]:  # fmt: skip
+        """Write the robot as a source file that needs nothing of this package; see docs/export.md.
+
+        It has the functions ``inverse``, ``forward``, ``inverse_jacobian`` and ``forward_jacobian``, each with the code
+        of a status, with the same bits as the methods.
+
+        Parameters
+        ----------
+        language : {"c99", "cpp", "rust", "js"}
+        folder : path
+            Made where it is not there.
+        name : str
+            Of the file, and before or around all names in it.
+        elbow, root
+            As in `inverse` and `forward`: the file has one posture.
+        dtype : {"float64", "float32"}, optional
+            Default: what is usual in the language.
+
+        Returns
+        -------
+        list of Path
+            The files.
+
+        Raises
+        ------
+        InputError
+            If a choice is unknown, there is no such language, or a name cannot be one there. Nothing has been written
+            then.
+        """
+        from ...codegen.export.export import export
+        from ..exporting.delta import delta_items
+
+        sides, weights = solutions.elbow_signs(elbow), solutions.root_weights(root)
+        return export(delta_items(self.parameters, sides, weights, name), language, folder, name, dtype)
 
     # -- poses -------------------------------------------------------------------------------------------------
 

@@ -213,6 +213,23 @@ class Driver:
         )  # fmt: skip
         return {"numbers": self.numbers, "tolerances": np.array(tolerances), "rounds": np.array([ROUNDS])}
 
+    def exported_tables(self) -> tuple[dict[str, Any], dict[str, tuple[int, ...]], list[tuple[int, float]]]:
+        """What an exported search for poses is given: tables, shapes of arrays to work in, and for each coordinate in
+        its order the driven joint and what a unit of it counts.
+        """
+        mechanism, order = self.mechanism, self._tree.order
+        kind, scales, shift = mechanism.frame_motor
+        given = {**self._tables.arguments, **self._options(), "scales": scales}
+        given["shift"] = shift.as_kind(kind, check=False).values
+        joints = sorted(self.request.driven, key=lambda j: order.index(self._tree.child_of[j]))
+        speeds = [(j, float(mechanism.loops.relations[j].speeds[0])) for j in joints]
+        return given, {**self._tables.work(), **work_of(self._tables.room)}, speeds
+
+    @property
+    def room(self) -> int:
+        """Rows and columns that its algorithms have room for."""
+        return self._tables.room
+
     def _call(self, name: str, is_wide: bool = False) -> LoopCall:
         call = self._calls.get((name, is_wide))
         if call is None:

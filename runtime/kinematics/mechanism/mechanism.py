@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Literal, overload
 
 import numpy as np
@@ -21,12 +22,13 @@ from ...dispatch.item_statuses import raise_first
 from ...dispatch.multivector_data import Statuses
 from ...mechanics.arguments import multivector_of
 from ...mechanics.joints.displaced import DisplacedJoint
+from .driver import driver_of
 from .dynamics import MechanismDynamics
 from .jacobian import Analysis, analyze
 from .loop_closure import block_matrix
 from .mobility import NOISE, FreeMotion, SelfStress, free_basis, passive_dof, self_stresses
 from .poses.batch import Poses
-from .poses.item import jacobian_item, solve_item
+from .poses.item import is_usual, jacobian_item, solve_item
 from .poses.jacobians import METHODS, jacobians
 from .poses.solver import solve_poses
 from .velocity_solver import KnownVelocities
@@ -55,6 +57,51 @@ class Mechanism(MechanismDynamics):
     InputError
         If a name occurs twice, or the fixed body is not among the bodies.
     """
+
+    def export(
+        self, language: str, folder: str | Path, driven: Sequence[Any], name: str = "mechanism", *, dtype: str = ""
+    ) -> list[Path]:
+        """Write the search for poses as a source file that needs nothing of this package; see docs/export.md.
+
+        Parameters
+        ----------
+        language : {"c99", "cpp", "rust", "js"}
+        folder : path
+            Made where it is not there.
+        driven : sequence of str or Joint
+            The joints whose coordinates are given: of one coordinate each.
+        name : str
+            Of the file, and before or around all names in it.
+        dtype : {"float64", "float32"}, optional
+            Default: what is usual in the language.
+
+        Returns
+        -------
+        list of Path
+            The files.
+
+        Raises
+        ------
+        InputError
+            If a joint is unknown or has not one coordinate, joints are coupled, there is no such language, or a name
+            cannot be one there. Nothing has been written then.
+        """
+        from ...codegen.export.export import export
+        from ..exporting.mechanisms import mechanism_items
+
+        found = [self.find_joint(x) for x in driven]
+        joints = [j for j in found if j is not None]
+        if not joints or len(joints) < len(found) or not is_usual(self, joints):
+            raise InputError(
+                "a mechanism is exported for driven joints of one coordinate each, without couplings.",
+                remedy="Name some of its revolute, prismatic and screw joints.",
+            )
+        driver = driver_of(self, driven=tuple(joints), targets=())
+        given, work, speeds = driver.exported_tables()
+        given["speeds"] = [speed for _, speed in speeds]
+        names = [self.joint_names[j] for j, _ in speeds]
+        items = mechanism_items(self.algebra.name, driver.room, given, work, names, self.moving, name)
+        return export(items, language, folder, name, dtype)
 
     # -- mobility --------------------------------------------------------------------------------------
 

@@ -244,18 +244,18 @@ class Assembly:
 
     def motors_from_world(self, motors: Array) -> Array:
         """Motors (..., 8) in `frame`."""
-        kind, scales, shift = self._frame_motor
+        kind, scales, shift = self.frame_motor
         motor = self.algebra.wrap(kind, np.ascontiguousarray(motors, float))
         return np.asarray((~shift * motor * shift).as_kind("motor", check=False).values / scales)
 
     def motors_to_world(self, motors: Array) -> Array:
         """Motors (..., 8) of `frame` in the world."""
-        kind, scales, shift = self._frame_motor
+        kind, scales, shift = self.frame_motor
         motor = self.algebra.wrap(kind, np.ascontiguousarray(motors * scales))
         return np.asarray((shift * motor * ~shift).as_kind("motor", check=False).values)
 
     @property
-    def _frame_motor(self) -> tuple[Kind, Array, Multivector]:
+    def frame_motor(self) -> tuple[Kind, Array, Multivector]:
         """Kind of motors, factors of their coefficients by the unit of `frame`, translation to its center."""
         kind = self.algebra.kind("motor")
         scales = self.frame.unit ** length_powers(self.algebra, kind.blades).astype(float)

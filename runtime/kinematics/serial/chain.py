@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...codegen.errors import ShapeError
+from ...codegen.errors import InputError, ShapeError
 from ...common.progress import ProgressOption
 from ...common.validation import as_bool
 from ...core.multivector import Multivector
@@ -125,6 +126,41 @@ class Chain(SerialChainData):
         frames = home.motor_from_matrix(links, strict=True).as_kind("motor")
         end = frames[len(links) - 1] if tool is None else (frames[len(links) - 1] * tool).as_kind("motor")
         return cls(join_axes(twists), end, names, limits, frames=frames, target=target)
+
+    def export(self, language: str, folder: str | Path, name: str = "robot", *, dtype: str = "") -> list[Path]:
+        """Write the chain as a source file that needs nothing of this package; see docs/export.md.
+
+        It has the functions ``motor``, ``matrix`` (4, 4) of the tool's frame, and ``jacobian`` (6, n) of its origin
+        along the world's axes, with the same bits as `forward` and `jacobian`; nothing is allocated.
+
+        Parameters
+        ----------
+        language : {"c99", "cpp", "rust", "js"}
+        folder : path
+            Made where it is not there.
+        name : str
+            Of the file, and before or around all names in it.
+        dtype : {"float64", "float32"}, optional
+            Default: what is usual in the language.
+
+        Returns
+        -------
+        list of Path
+            The files.
+
+        Raises
+        ------
+        InputError
+            If joints share coordinates, there is no such language, or a name cannot be one there. Nothing has been
+            written then.
+        """
+        from ...codegen.export.export import export
+        from ..exporting.chains import chain_items
+
+        if self.count != self.joint_count:
+            raise InputError("joints that share a coordinate are not exported.", remedy="Give each joint one.")
+        items = chain_items(self.algebra.name, self.parameters, self.names, self.limits, name)
+        return export(items, language, folder, name, dtype)
 
     def velocity(
         self, q: ArrayLike, dq: ArrayLike, all: bool = False, *, strict: bool = False, threads: int | None = None

@@ -7,6 +7,7 @@ that are found; and Jacobians that are defined, at one pose. All else is left to
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isfinite
 from typing import Any
 
@@ -99,7 +100,7 @@ def solve_item(mechanism: Assembly, driven: Any, start: Any, strict: Any) -> Pos
     plan = plans.get(key)
     if plan is None:
         joints = [mechanism.find_joint(x) if isinstance(x, Joint) or x.__class__ is str else None for x in driven]
-        if not _is_usual(mechanism, joints):
+        if not is_usual(mechanism, joints):
             return None
         if len(plans) >= MOST_PLANS:
             plans.clear()
@@ -107,7 +108,8 @@ def solve_item(mechanism: Assembly, driven: Any, start: Any, strict: Any) -> Pos
     return plan(driven.values(), own)
 
 
-def _is_usual(mechanism: Assembly, joints: list[int | None]) -> bool:
+def is_usual(mechanism: Assembly, joints: Sequence[int | None]) -> bool:
+    """Whether joints have one coordinate each, and nothing couples any."""
     if mechanism.couplings or len(set(joints)) < len(joints):
         return False
     for j in joints:
