@@ -50,9 +50,9 @@ def mechanism_matrices(algebra: str, room: int) -> Function:
         links: Rows[Link], shared: Rows[Shared], cuts: Rows[Cut], targets: Rows[Target], loops: Rows[Loop],
         path: Rows[PathStep], driven: Rows[Driven], sizes: Sizes, numbers: Reals, tolerances: Tolerances, rounds: Int,
         scales: Vector[8], shift: Vector[8], speeds: Reals, goals: Reals, wanted: Reals, start: Rows[8],
-        motors: Out[Rows[8]], matrices: Out[Rows[16]], relative: InOut[Rows[8]], own: InOut[Rows[8]], carry: InOut[Rows[36]],
-        free: InOut[Rows[6]], rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals], s: InOut[Numbers],
-        indices: InOut[Indices],
+        motors: Out[Rows[8]], matrices: Out[Rows[16]], relative: InOut[Rows[8]], own: InOut[Rows[8]],
+        carry: InOut[Rows[36]], free: InOut[Rows[6]], rows: InOut[Rows[6]], errors: InOut[Reals], off: InOut[Reals],
+        s: InOut[Numbers], indices: InOut[Indices],
     ) -> Int:  # fmt: skip
         """Poses of all bodies for coordinates of the driven joints, from motors of a pose near; 0, or why not."""
         statuses = int_empty(1)

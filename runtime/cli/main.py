@@ -26,6 +26,7 @@ COMMANDS = {
     "register": "Lay a model of points, lines, planes, .. on another one.",
     "simulate": "Simulate rigid bodies with loads and constraints.",
     "kinematics": "Say what a robot can do, draw it, move it.",
+    "export": "Write kernels, algebras or robots as C, C++, Rust, JavaScript or GLSL.",
     "generate": "Write an algebra's sources, or check that they are up to date.",
     "check": "Test a spec's kernels against 50 digits, on every target.",
     "report": "Measure error against run time, with plots.",

@@ -47,10 +47,10 @@ def chain_items(
     tables: dict[str, Table] = {}
     shapes = {"x": [count], "q": [count], "motors": [8], "matrix": [6, count]}
     pose = f"x: coordinates of the joints ({joints}). motors: the motor of the tool's frame in the world."
-    matrix = "q: coordinates of the joints. matrix: 4 rows of 4, rotation and position of the tool's frame, in the world."
+    matrix = "q: coordinates of the joints. matrix: 4 rows of 4, the tool's frame in the world."
     columns = (
-        f"x: coordinates of the joints. matrix: 6 rows of {count}: angular velocity, then velocity of the tool's origin, "
-        "along the world's axes, for a unit of each joint's speed."
+        f"x: coordinates of the joints. matrix: 6 rows of {count}: angular velocity, then velocity of the tool's "
+        "origin, along the world's axes, for a unit of each joint's speed."
     )
     functions = [
         ("motor", chain_function(algebra, room, "forward"), pose),

@@ -1,0 +1,132 @@
+"""`bladesmith export`: kernels, algorithms, algebras and robots as source files of other languages."""
+
+from __future__ import annotations
+
+import pkgutil
+import re
+import sys
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..errors import InputError
+from . import options
+
+#: Those of `codegen.export.export.LANGUAGES`: help is instant.
+LANGUAGES = ("c99", "cpp", "rust", "js", "glsl")
+#: Files of robots.
+ROBOTS = (".urdf", ".sdf", ".xml", ".mjcf")
+_OBJECT = re.compile(r"[\w.]+:[\w.]+")
+
+
+@options.command("export pga3d --language c99 -o include --only 'sandwich_motor_*'")
+@click.argument("source")
+@click.option("--language", "-l", type=click.Choice(LANGUAGES), required=True)
+@options.output_folder(".")
+@click.option("--name", help="Of the files, and before or around all names in them. Default: the source's.")
+@click.option("--dtype", type=click.Choice(("float64", "float32")), help="Default: what is usual in the language.")
+@click.option("--only", multiple=True, metavar="PATTERN", help="Kernels of an algebra: names with * and ?; repeatable.")
+@click.option("--derivative", "derivatives", multiple=True, metavar="ARGUMENT",
+              help="Of a kernel: the forward derivative along this argument, too; repeatable.")  # fmt: skip
+@click.option("--tip", help="Of a robot's file: the link that is moved; default: the one behind most joints.")
+@click.option("--root", help="Of a robot's file: the link that is fixed; default: its root.")
+@options.feedback
+def command(
+    source: str, language: str, out: Path, name: str | None, dtype: str | None, only: tuple[str, ...],
+    derivatives: tuple[str, ...], tip: str | None, root: str | None, feedback: options.Feedback,
+) -> None:  # fmt: skip
+    """Write source files that need nothing of this package.
+
+    SOURCE is an algebra (pga2d, pga3d, cga2d, cga3d, vga2d, vga3d, sta, ...); a spec file of an algebra (.toml); a
+    kernel or an algorithm of Python, module:name; a robot's file (.urdf, .sdf, .xml, .mjcf); or a file of a mechanism
+    or of a Delta robot (.toml), as `bladesmith kinematics` takes it.
+
+    What is exported is yours, without conditions: docs/export.md.
+    """
+    path = Path(source)
+    with feedback.preparing(f"exporting {source}"):
+        if _OBJECT.fullmatch(source) and not path.exists():
+            _refuse(source, {"--only": only, "--tip": tip, "--root": root})
+            written = _export_object(source, language, out, name, dtype or "", derivatives)
+        elif path.suffix.lower() in ROBOTS or (path.suffix == ".toml" and not _is_spec(path)):
+            _refuse(source, {"--only": only, "--derivative": derivatives})
+            written = _export_robot(path, language, out, name, dtype or "", tip, root)
+        else:
+            _refuse(source, {"--derivative": derivatives, "--tip": tip, "--root": root})
+            written = _export_algebra(source, language, out, name, dtype or "", only, feedback)
+    feedback.wrote(written)
+
+
+def _refuse(source: str, given: Mapping[str, Any]) -> None:
+    for option, value in given.items():
+        if value:
+            raise InputError(f"{option} has no meaning here.", where=source)
+
+
+def _is_spec(path: Path) -> bool:
+    """Whether a TOML file describes an algebra; what cannot be read says so where it is loaded."""
+    try:
+        return "vectors" in tomllib.loads(path.read_text("utf-8"))
+    except (OSError, ValueError):
+        return False
+
+
+def _identifier(text: str) -> str:
+    return re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_").lower() or "exported"
+
+
+def _export_algebra(
+    source: str, language: str, folder: Path, name: str | None, dtype: str, only: tuple[str, ...],
+    feedback: options.Feedback,
+) -> list[Path]:  # fmt: skip
+    from ..codegen.algebra.schema import load_spec, stock_spec_path
+    from ..codegen.export.export import export
+    from ..codegen.library import library_variants
+
+    spec = load_spec(Path(source) if source.endswith(".toml") else stock_spec_path(source))
+    variants = library_variants(spec, only, feedback.shows_bars)
+    return export(variants, language, folder, name or str(spec["name"]), dtype)
+
+
+def _export_object(
+    source: str, language: str, folder: Path, name: str | None, dtype: str, derivatives: tuple[str, ...]
+) -> list[Path]:
+    from ..codegen.algorithm_api import CompiledAlgorithm
+    from ..codegen.api import KernelFunction
+
+    sys.path.insert(0, "")
+    try:
+        found = pkgutil.resolve_name(source)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InputError(f"cannot be imported: {error}.", where=source) from None
+    finally:
+        sys.path.remove("")
+    own: dict[str, Any] = {"name": name} if name else {}
+    if isinstance(found, KernelFunction):
+        return found.export(language, folder, dtype=dtype, derivatives=derivatives, **own)
+    if isinstance(found, CompiledAlgorithm):
+        _refuse(source, {"--derivative": derivatives})
+        return found.export(language, folder, dtype=dtype, **own)
+    raise InputError("is no kernel and no algorithm.", where=source, remedy="Name one: module:name.")
+
+
+def _export_robot(
+    path: Path, language: str, folder: Path, name: str | None, dtype: str, tip: str | None, root: str | None
+) -> list[Path]:
+    from ..kinematics.io.reader import load_mechanism
+    from ..kinematics.task.mechanism_model import MechanismModel
+    from ..kinematics.task.robot_model import ChainModel, DeltaModel
+
+    model = load_mechanism(path, tip, root).model
+    own = name or _identifier(path.stem)
+    if isinstance(model, ChainModel):
+        return model.chain.export(language, folder, own, dtype=dtype)
+    if isinstance(model, DeltaModel):
+        return model.robot.export(language, folder, own, elbow=model.elbow, root=model.root, dtype=dtype)
+    assert isinstance(model, MechanismModel)
+    if not model.inputs:
+        raise InputError("no joint is driven.", where=str(path), remedy="Name driven joints in the file.")
+    return model.mechanism.export(language, folder, model.inputs, own, dtype=dtype)
