@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -19,8 +19,10 @@ from .algebra.multivector import Multivector
 from .compiler import as_written, bind_kernel, compile_declared, optimise_quickly, print_source
 from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
 from .execute.arrays import BoundKernel, native_array
+from .execute.reductions.sums import run_sums, sum_items
 from .ir.graph import Graph
 from .ir.loops.language import runs_as_python
+from .ir.loops.nodes import KernelSignature
 from .optimise.variants import Operations, Variant
 from .rings.protocol import NumericRing, PrecisionRing
 from .trace.calls import call_in_graph
@@ -35,7 +37,11 @@ _log = logging.getLogger("bladesmith")
 
 
 def kernel(
-    *kinds: Declared, returns: Kind | None = None, name: str | None = None, algebra: Algebra | None = None
+    *kinds: Declared,
+    returns: Kind | None = None,
+    name: str | None = None,
+    algebra: Algebra | None = None,
+    reduce: Literal["sum"] | None = None,
 ) -> Callable[[Formula], KernelFunction]:
     """Declare a kernel: a decorator for a formula in GA notation.
 
@@ -50,9 +56,13 @@ def kernel(
         Name in generated code; default: the function's.
     algebra : Algebra, optional
         Needed only where no argument is a multivector.
+    reduce : {"sum"}, optional
+        The results are summed over all items of a call: a loss. See `execute.reductions.sums` for the error.
 
     Raises
     ------
+    InputError
+        If ``reduce`` is something else, or ``returns`` is promised of a sum.
     TraceError
         When the kernel is first used, if the formula cannot be traced or ``returns`` does not hold.
 
@@ -68,8 +78,12 @@ def kernel(
         raise TraceError("write @codegen.kernel(kind, ...) with the kind of each argument, not @codegen.kernel alone.")
 
     def decorate(formula: Formula) -> KernelFunction:
-        return KernelFunction(formula, kinds, returns, name or formula.__name__, algebra)
+        return KernelFunction(formula, kinds, returns, name or formula.__name__, algebra, reduce=reduce)
 
+    if reduce not in (None, "sum"):
+        raise InputError(f'reduce is {reduce!r}; it is "sum", or left out.')
+    if reduce and returns is not None and not returns.is_layout:
+        raise InputError(f"a sum of {returns.name}s is none; leave out returns, or reduce.")
     return decorate
 
 
@@ -82,6 +96,8 @@ class KernelFunction(DeclaredFormula):
         As for `DeclaredFormula`.
     search : bool
         False: the kernel is printed as its formula is written, and nothing is searched.
+    reduce : {"sum"}, optional
+        What a call does with the results of all items.
     """
 
     def __init__(
@@ -94,9 +110,11 @@ class KernelFunction(DeclaredFormula):
         arguments: Sequence[str] | None = None,
         like: Kernel | None = None,
         search: bool = True,
+        reduce: Literal["sum"] | None = None,
     ) -> None:
         super().__init__(formula, declared, returns, name, algebra, arguments, like)
         self.search = search
+        self.reduce = reduce
         self._bound: dict[tuple[str, str], Any] = {}
         self._variant: Variant | None = None
         self._pair: Callable[[Any, Any], Any] | None = None
@@ -168,6 +186,7 @@ class KernelFunction(DeclaredFormula):
         """
         from .export.export import export
 
+        self._check_items("what is exported")
         variants = [self.variant, *(self.derivative(wrt).variant for wrt in derivatives)]
         return export(variants, language, folder, name or self.algebra.name, dtype)
 
@@ -183,7 +202,7 @@ class KernelFunction(DeclaredFormula):
         formula = derivative_formula(self.formula, self.arguments, wrt, is_scalar)
         formula.__doc__ = f"Derivative of {self.name} with respect to {wrt}."
         name = shortened_identifier(f"{self.name}_d_{wrt}")
-        return KernelFunction(formula, kinds, None, name, self.algebra, names, self.traced)
+        return KernelFunction(formula, kinds, None, name, self.algebra, names, self.traced, reduce=self.reduce)
 
     # -- calls ---------------------------------------------------------------------------------------------
 
@@ -198,8 +217,14 @@ class KernelFunction(DeclaredFormula):
             return self._in_formula(arguments)
         if runs_as_python():
             return self.traced.on_numbers_in_use(arguments)
+        return self._run("c", arguments)
+
+    def _run(self, target: str, arguments: Sequence[Any]) -> Any:
         arrays, owner = self._arrays(arguments)
-        return self._wrap(self.bound("c", arrays)(*arrays), owner, self._is_proved(arguments))
+        bound = self.bound(target, arrays)
+        if self.reduce:
+            return self._wrap(run_sums(bound, arrays), owner, is_proved=False)
+        return self._wrap(bound(*arrays), owner, self._is_proved(arguments))
 
     def _positional(self, arguments: Sequence[Any], by_name: Mapping[str, Any]) -> tuple[Any, ...]:
         rest = self.arguments[len(arguments) :]
@@ -214,13 +239,13 @@ class KernelFunction(DeclaredFormula):
             raise InputError(f"there is no target {target!r}; choose one of {', '.join(TARGETS)}.")
 
         def call(*arguments: Any) -> Any:
-            arrays, owner = self._arrays(arguments)
-            return self._wrap(self.bound(target, arrays)(*arrays), owner, self._is_proved(arguments))
+            return self._run(target, arguments)
 
         return call
 
     def plan(self, *arguments: Any) -> Any:
         """A call with its arrays bound: ``p = k.plan(a, b); p(); p.results``."""
+        self._check_items("a plan's result")
         arrays, _ = self._arrays(arguments)
         kernel = self.bound("c", arrays)
         if not isinstance(kernel, BoundKernel):
@@ -232,22 +257,39 @@ class KernelFunction(DeclaredFormula):
     def reference(self, *arguments: Any, digits: int | None = None) -> Any:
         """The formula itself on numbers, never a compiled kernel.
 
-        With ``digits`` given, one item is computed with mpmath numbers of that precision and returned as lists.
+        With ``digits`` given, one item, or the sum of all, is computed with mpmath numbers of that precision and
+        returned as lists.
         """
         arrays, owner = self._arrays(arguments)
-        if digits is not None:
-            precise = PrecisionRing(digits)
-            items = [[precise.context.mpf(float(v)) for v in np.ravel(a)] for a in arrays]
-            values = self.traced.reference(precise, items)
-            return values[0] if len(values) == 1 else values
         lead = np.broadcast_shapes(*(self._lead(a, k) for a, k in zip(arrays, self.kinds, strict=True)))
+        if digits is not None:
+            values = self._precise_items(arrays, lead if self.reduce else (), digits)
+            return values[0] if len(values) == 1 else values
         columns = [
             [a] if k.is_scalar_argument else [a[..., j] for j in range(k.size)]
             for a, k in zip(arrays, self.kinds, strict=True)
         ]
         results = self.traced.reference(NumericRing(arrays[0].dtype), columns)
         stacked = tuple(np.stack([np.broadcast_to(v, lead) for v in r], -1) for r in results)
-        return self._wrap(stacked[0] if len(stacked) == 1 else stacked, owner, self._is_proved(arguments))
+        if self.reduce:
+            stacked = tuple(sum_items(rows.reshape(-1, rows.shape[-1])).astype(rows.dtype) for rows in stacked)
+        is_proved = not self.reduce and self._is_proved(arguments)
+        return self._wrap(stacked[0] if len(stacked) == 1 else stacked, owner, is_proved)
+
+    def _precise_items(self, arrays: Sequence[Any], lead: tuple[int, ...], digits: int) -> list[list[Any]]:
+        """The sum over the items of a leading shape, with mpmath numbers; of one item where there is none."""
+        precise = PrecisionRing(digits)
+        sizes = [k.size for k in self.kinds]
+        rows = [
+            np.broadcast_to(np.reshape(a, (*(self._lead(a, k) if lead else ()), k.size)), (*lead, k.size))
+            for a, k in zip(arrays, self.kinds, strict=True)
+        ]
+        items = zip(*(row.reshape(-1, size) for row, size in zip(rows, sizes, strict=True)), strict=True)
+        totals = [[precise.context.mpf(0)] * len(o.nodes) for o in self.traced.outputs]
+        for item in items:
+            found = self.traced.reference(precise, [[precise.context.mpf(float(v)) for v in row] for row in item])
+            totals = [[a + b for a, b in zip(*pair, strict=True)] for pair in zip(totals, found, strict=True)]
+        return totals
 
     def _lead(self, array: Any, kind: Kind) -> tuple[int, ...]:
         return tuple(array.shape if kind.is_scalar_argument else array.shape[:-1])
@@ -260,7 +302,7 @@ class KernelFunction(DeclaredFormula):
             if key in self._bound:
                 return self._bound[key]
             self._bound[key] = made = self._compile(target, key[1])
-            if key == ("c", "f64") and isinstance(made, BoundKernel) and made.is_pair:
+            if key == ("c", "f64") and not self.reduce and isinstance(made, BoundKernel) and made.is_pair:
                 self._pair = made.pair
         return self._bound[key]
 
@@ -274,7 +316,22 @@ class KernelFunction(DeclaredFormula):
                 _log.warning("%s runs by %s: %s.", self.name, target, error.what)
         return bind_kernel(self.variant, target)
 
+    def _check_items(self, where: str) -> None:
+        """Refuse a kernel whose result is a sum where one result of each item is needed."""
+        if self.reduce:
+            raise TraceError(
+                f"{self.name} sums over all items, and {where} is that of single ones.",
+                remedy="Declare the same formula once more, without reduce",
+            )
+
+    @property
+    def kernel_signature(self) -> KernelSignature:
+        """What algorithms call."""
+        self._check_items("what an algorithm calls")
+        return super().kernel_signature
+
     def _in_formula(self, arguments: Sequence[Any]) -> Any:
+        self._check_items("what a formula calls")
         first = next(a for a in arguments if isinstance(a, Multivector))
         if not isinstance(first.ring, Graph):
             results = [r.values if r.is_row else r.value for r in as_outputs(self.formula(*arguments))]

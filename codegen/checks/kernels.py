@@ -12,7 +12,7 @@ from ..algebra.kind_checks import check_kind
 from ..algebra.loader import algebra_from_data
 from ..compiler import bind_kernel, optimise_quickly, trace_kernel
 from ..declarations import Declaration, declared_kernels
-from ..errors import DeviceError, InputError, MissingExtraError, suggest
+from ..errors import InputError, MissingExtraError, suggest
 from ..optimise.accuracy import error_bound
 from .errors import CONSTANT, compare, exact_rows
 from .operands import operand_cases
@@ -76,14 +76,13 @@ def _why_no_numba() -> str:
 
 def _why_no_cuda() -> str:
     from ..execute import nvrtc
-    from ..execute.cuda_driver import Device
+    from ..execute.cuda_driver import unavailable
 
     try:
-        Device()
         nvrtc.version()
-    except (DeviceError, MissingExtraError) as error:
+    except MissingExtraError as error:
         return str(error)
-    return ""
+    return unavailable()
 
 
 def selected_kernels(spec: Mapping[str, Any], names: Sequence[str] = ()) -> list[Declaration]:

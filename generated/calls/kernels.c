@@ -223,3 +223,76 @@ void bs_run_nearest(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrd
   if (single) bs_nearest_float(batch, begin, end, m, index, (float *)least, a, row_a, b, row_b);
   else bs_nearest_double(batch, begin, end, m, index, (double *)least, a, row_a, b, row_b);
 }
+
+/* The next numbers of lanes: each lane has the sum of its numbers, and that of the rounding errors of its additions. */
+#define BS_ADD(x) \
+    const double sum = sums[i] + (x), part = sum - sums[i]; \
+    errors[i] += (sums[i] - (sum - part)) + ((x) - part); \
+    sums[i] = sum
+static void bs_add_double(ptrdiff_t n, double *restrict sums, double *restrict errors, const double *restrict values)
+{
+  for (ptrdiff_t i = 0; i < n; i++) { BS_ADD(values[i]); }
+}
+
+static void bs_add_float(ptrdiff_t n, double *restrict sums, double *restrict errors, const float *restrict values)
+{
+  for (ptrdiff_t i = 0; i < n; i++) { BS_ADD((double)values[i]); }
+}
+
+static void bs_fold_lanes(ptrdiff_t width, ptrdiff_t size, double *restrict sums, double *restrict errors)
+{
+  for (ptrdiff_t half = width / 2; half; half /= 2) {
+    for (ptrdiff_t i = 0; i < half * size; i++) {
+      const double other = sums[half * size + i];
+      BS_ADD(other);
+      errors[i] += errors[half * size + i];
+    }
+  }
+}
+
+/* The first status with which there is no value, else NOT_UNIQUE where there is one. */
+static unsigned char bs_join(unsigned char code, const unsigned char *codes, ptrdiff_t n)
+{
+  for (ptrdiff_t i = 0; i < n && (!code || code == 3); i++) code = codes[i] && !(code && codes[i] == 3) ? codes[i] : code;
+  return code;
+}
+
+/* Sums over the items of blocks [begin, end), of n items in all: a block has `length` items, `width` of which, a power of
+ * two, are summed side by side. Of each of `count` results: its size (0 for a status), room for the items of a tile and
+ * for lanes (`width` sums of each number, then errors), and where its sums go, for each block the sums and then the
+ * errors, or a code. No more than a tile of items is stored. */
+void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t n, ptrdiff_t length, ptrdiff_t width,
+    int count, const ptrdiff_t *sizes, void *const *tiles, void *const *lanes, void *const *sums, int operands,
+    const void *const *ins, const ptrdiff_t *strides)
+{
+  const ptrdiff_t bytes = single ? sizeof(float) : sizeof(double);
+  const void *here[16];
+  for (ptrdiff_t block = begin; block < end; block++) {
+    const ptrdiff_t last = n - block * length > length ? (block + 1) * length : n;
+    for (int o = 0; o < count; o++) {
+      if (sizes[o]) memset(lanes[o], 0, 2 * width * sizes[o] * sizeof(double));
+      else ((unsigned char *)sums[o])[block] = 0;
+    }
+    for (ptrdiff_t first = block * length; first < last; first += width) {
+      const ptrdiff_t items = last - first > width ? width : last - first;
+      for (int a = 0; a < operands; a++) here[a] = (const char *)ins[a] + first * strides[a] * bytes;
+      bs_tables[single][kernel](0, items, tiles, here, strides);
+      for (int o = 0; o < count; o++) {
+        const ptrdiff_t size = sizes[o];
+        double *const lane = (double *)lanes[o];
+        unsigned char *const code = (unsigned char *)sums[o] + block;
+        if (!size) *code = bs_join(*code, (const unsigned char *)tiles[o], items);
+        else if (single) bs_add_float(items * size, lane, lane + width * size, (const float *)tiles[o]);
+        else bs_add_double(items * size, lane, lane + width * size, (const double *)tiles[o]);
+      }
+    }
+    for (int o = 0; o < count; o++) {
+      const ptrdiff_t size = sizes[o];
+      if (!size) continue;
+      double *const lane = (double *)lanes[o], *const found = (double *)sums[o] + 2 * size * block;
+      bs_fold_lanes(width, size, lane, lane + width * size);
+      memcpy(found, lane, size * sizeof(double));
+      memcpy(found + size, lane + width * size, size * sizeof(double));
+    }
+  }
+}

@@ -25,6 +25,13 @@ __all__ = [
     "unit_text",
 ]
 
+#: What the extension that calls kernels which are made at run time has besides.
+_ADDED = """int bs_add_kernel(const void *unit);
+void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t n, ptrdiff_t length, ptrdiff_t width,
+    int count, const ptrdiff_t *sizes, void *const *tiles, void *const *lanes, void *const *sums, int operands,
+    const void *const *ins, const ptrdiff_t *strides);
+"""
+
 
 def _same(first: Kernel, second: Kernel) -> bool:
     """Return whether two kernels are one, perhaps traced twice: the same formula on the same kinds."""
@@ -63,7 +70,7 @@ def calls_files(instances: Sequence[Instance] = OF_KERNELS) -> dict[str, str]:
     """Generated files of the extension that calls kernels which are made at run time: kernels.c and kernels.cdef."""
     return {
         "kernels.c": render("calls.c.j2", instances=instances),
-        "kernels.cdef": "int bs_add_kernel(const void *unit);\n" + template_text("calls.cdef"),
+        "kernels.cdef": _ADDED + template_text("calls.cdef"),
     }
 
 

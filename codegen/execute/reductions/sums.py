@@ -1,0 +1,157 @@
+"""Sums of a kernel's results over all items, compensated: as if each addition were made in twice the precision.
+
+Every number is added in double precision, and the rounding error of the addition to a second sum (Ogita, Rump and
+Oishi, "Accurate sum and dot product", 2005: Sum2). Blocks of items have sums of their own, in each of which items stand
+side by side in lanes; both are added in pairs at the end. So the order depends on the number of items alone: threads
+and targets give the same bits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...status import Status
+from ..arrays import PLAN_INPUTS, PLAN_OUTPUTS, Array, Binding, BoundKernel, parallel_for
+
+#: Items of a block, and of a lane's turn: a power of two.
+BLOCK, LANES = 1 << 14, 1 << 7
+#: Blocks that a thread takes first.
+FIRST_BLOCKS = 4
+Part = Callable[[int, int], None]
+
+
+def run_sums(kernel: Binding, arrays: Sequence[Any]) -> Any:
+    """Sums of the results of a kernel over all items.
+
+    Parameters
+    ----------
+    kernel : Binding
+    arrays : sequence of array
+        As for a call.
+
+    Returns
+    -------
+    array (size,), or a tuple of them
+        In the type that the results have; of a status the first one with which an item has no value, else
+        `NOT_UNIQUE` where there is one. Zeros for no items.
+
+    Raises
+    ------
+    ShapeError, InputError
+        As a call of the kernel.
+    """
+    prepared, lead = kernel.prepare(arrays)
+    n, dtype = math.prod(lead), prepared[0].dtype
+    blocks = -(-n // BLOCK)
+    sums: list[Array] = [
+        np.zeros(blocks, np.uint8) if o.is_status else np.zeros((blocks, 2, o.size)) for o in kernel.outputs
+    ]
+    if n:
+        make = _compiled if _is_compiled(kernel, dtype) else _written
+        parallel_for(make(kernel, prepared, n, sums), blocks, FIRST_BLOCKS)
+    results = [
+        _first_code(s) if o.is_status else _total(s).astype(dtype) for s, o in zip(sums, kernel.outputs, strict=True)
+    ]
+    return results[0] if len(results) == 1 and not kernel.outputs[0].is_status else tuple(results)
+
+
+def sum_items(values: Array) -> Array:
+    """The sum over the first axis of an array (n, size), in the order and precision of `run_sums`."""
+    blocks = -(-len(values) // BLOCK)
+    sums = np.zeros((blocks, 2, values.shape[1]))
+    for block in range(blocks):
+        sums[block] = _block_sum(values[block * BLOCK : (block + 1) * BLOCK])
+    return _total(sums)
+
+
+def _is_compiled(kernel: Binding, dtype: Any) -> bool:
+    """Return whether the library of a kernel has the loop: that of kernels which are made at run time has."""
+    is_small = len(kernel.inputs) <= PLAN_INPUTS and len(kernel.outputs) <= PLAN_OUTPUTS
+    return (
+        is_small
+        and isinstance(kernel, BoundKernel)
+        and hasattr(kernel.library.lib, "bs_run_sums")
+        and kernel.provide(dtype == np.float32)
+    )
+
+
+def _compiled(kernel: Any, arrays: Sequence[Array], n: int, sums: Sequence[Array]) -> Part:
+    ffi, run = kernel.library.ffi, kernel.library.lib.bs_run_sums
+    dtype = arrays[0].dtype
+    sizes = [o.size for o in kernel.outputs]
+    pointers = [ffi.new("void *[]", [ffi.from_buffer(a) for a in several]) for several in (sums, arrays)]
+    counts, strides = ffi.new("ptrdiff_t[]", sizes), ffi.new("ptrdiff_t[]", kernel.strides(arrays))
+
+    def part(begin: int, end: int) -> None:
+        tiles = [np.empty(LANES * s, dtype) if s else np.empty(LANES, np.uint8) for s in sizes]
+        lanes = [np.empty(2 * LANES * s) for s in sizes]
+        rooms = [ffi.new("void *[]", [ffi.from_buffer(a) for a in several]) for several in (tiles, lanes)]
+        run(
+            kernel.index, int(dtype == np.float32), begin, end, n, BLOCK, LANES, len(sizes), counts, *rooms,
+            pointers[0], len(arrays), pointers[1], strides,
+        )  # fmt: skip
+
+    return part
+
+
+def _written(kernel: Binding, arrays: Sequence[Array], n: int, sums: Sequence[Array]) -> Part:
+    """A block of items at a time, on targets whose loops do not sum."""
+    columns = [a.reshape(n, -1) if step else a for a, step in zip(arrays, kernel.strides(arrays), strict=True)]
+
+    def part(begin: int, end: int) -> None:
+        for block in range(begin, end):
+            first, last = block * BLOCK, min(n, (block + 1) * BLOCK)
+            ins = [a[first:last] if step else a for a, step in zip(columns, kernel.strides(arrays), strict=True)]
+            results = kernel.empty_results((last - first,), arrays[0].dtype)
+            kernel.run(ins, results, last - first)
+            for s, result in zip(sums, results, strict=True):
+                s[block] = _first_code(result) if result.dtype == np.uint8 else _block_sum(result)
+
+    return part
+
+
+def _first_code(codes: Array) -> Array:
+    """The first status with which there is no value, else `NOT_UNIQUE` where there is one."""
+    failed = codes[(codes != Status.OK) & (codes != Status.NOT_UNIQUE)]
+    return np.asarray(failed[0] if len(failed) else codes.max(initial=Status.OK), np.uint8)
+
+
+def _block_sum(values: Array) -> Array:
+    """Sums (size,) of the rows of a block, and of their rounding errors: lanes, then pairs of lanes."""
+    rows = np.zeros((-(-len(values) // LANES) * LANES, values.shape[1]))
+    rows[: len(values)] = values
+    sums = np.zeros((2, LANES, values.shape[1]))
+    for row in rows.reshape(-1, LANES, values.shape[1]):
+        sums = _add(sums, np.stack([row, np.zeros_like(row)]))
+    return _pairs(sums)
+
+
+def _add(a: Array, b: Array) -> Array:
+    """Sums of two pairs of sum and error."""
+    with np.errstate(all="ignore"):
+        total = a[0] + b[0]
+        part = total - a[0]
+        error = a[1] + ((a[0] - (total - part)) + (b[0] - part))
+        return np.stack([total, error + b[1]])
+
+
+def _pairs(sums: Array) -> Array:
+    """The sum over the second axis of (2, m, ..): halves are added to each other."""
+    while sums.shape[1] > 1:
+        half = (sums.shape[1] + 1) // 2
+        first, second = sums[:, :half].copy(), sums[:, half:]
+        first[:, : second.shape[1]] = _add(first[:, : second.shape[1]], second)
+        sums = first
+    return sums[:, 0]
+
+
+def _total(sums: Array) -> Array:
+    """The sum of blocks (blocks, 2, size), rounded once; what is infinite has no error."""
+    if not len(sums):
+        return np.zeros(sums.shape[2])
+    total, error = _pairs(sums.transpose(1, 0, 2)) if len(sums) > 1 else sums[0]
+    return np.asarray(np.where(np.isfinite(error), total + error, total))
