@@ -68,5 +68,3 @@ def _static(c: Constants) -> _Static:
         else:
             values[name] = float(value)
     return _Static(**values)
-
-

@@ -11,7 +11,8 @@ import numpy as np
 from ...elementary.constants import TWO_OVER_PI
 from ...ir.loops.nodes import Array, Constant, Expression, Function
 from ...ir.loops.types import REAL, Scalar
-from ...targets.c.loops import CLoopPrinter, wrap_arguments
+from ...targets.blocks import wrap_arguments
+from ...targets.c.loops import CLoopPrinter
 from ...targets.c.names import c_name
 from ...targets.elementary import FAR_OR_NEAR
 from ..bound import Table

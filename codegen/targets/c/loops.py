@@ -1,44 +1,29 @@
-"""Algorithms in C, on the short names of templates/c/lib/instance.h; CUDA takes the same text.
-
-A number is declared where it is first assigned, as far inside the blocks as its uses allow.
-"""
+"""Algorithms in C, on the short names of templates/c/lib/instance.h; CUDA takes the same text."""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterable, Sequence
-from functools import cached_property
 
 from ...ir.loops.nodes import (
-    Allocate,
     Array,
-    Assign,
-    Break,
     Call,
     Constant,
-    Continue,
     Expression,
     For,
     Function,
-    If,
     Intrinsic,
     KernelSignature,
-    Return,
-    Statement,
-    Store,
     Variable,
     View,
-    While,
     expressions,
     parts,
-    walk,
 )  # fmt: skip
 from ...ir.loops.types import INT, REAL, ArrayType, Parameter, Scalar
-from ..loops import LoopPrinter, counted, in_calling_order, takes_count
+from ..blocks import BlockPrinter, wrap_arguments
+from ..loops import counted, in_calling_order, takes_count
 from ..printer import comment_text
 from .names import STORED, TYPES, c_function_name, c_name
-from .uses import assigned_variables, is_inside_one_block, names_in, uses
 
 #: Functions of numbers: those of loops.h in small letters.
 _FUNCTIONS = {
@@ -48,10 +33,9 @@ _FUNCTIONS = {
     "any": "",
 }  # fmt: skip
 ELEMENTARY = frozenset(("sin", "cos", "exp", "log", "atan2"))
-_INDENT, _LINE = "  ", 118
 
 
-class CLoopPrinter(LoopPrinter):
+class CLoopPrinter(BlockPrinter):
     """One function."""
 
     logical = {"and": "&&", "or": "||", "not": "!"}
@@ -60,12 +44,6 @@ class CLoopPrinter(LoopPrinter):
     types, stored = TYPES, STORED
     #: How functions of numbers are called.
     number_functions = _FUNCTIONS
-
-    def __init__(self, function: Function) -> None:
-        self.function = function
-        self.outs = {p.name for p in function.parameters if p.access != "in"}
-        self._assignments: dict[int, Counter[Variable]] = {}  # in each block and those inside it, to each number
-        self.arrays = {p.name for p in function.parameters if isinstance(p.type, ArrayType)}
 
     # -- expressions -------------------------------------------------------------------------------------------------
 
@@ -88,7 +66,6 @@ class CLoopPrinter(LoopPrinter):
         return element if array.type.bits == 64 else f"({self.types[INT]}){element}"
 
     def element(self, array: Array, index: Expression) -> str:
-        """An element, to be read or stored."""
         return f"{c_name(array.name)}[{self.text(index)}]"
 
     def select(self, condition: str, yes: str, no: str) -> str:
@@ -124,10 +101,6 @@ class CLoopPrinter(LoopPrinter):
         """C type of a number that the function returns."""
         return self.types[self.function.results[k]]
 
-    def value_for(self, name: str, value: Expression) -> str:
-        """What is assigned to a number or an element."""
-        return self.text(value)
-
     def returned(self, k: int, value: Expression) -> str:
         """What is returned."""
         return self.text(value)
@@ -156,7 +129,7 @@ class CLoopPrinter(LoopPrinter):
         function = self.function
         note = comment_text(function.note)
         unused = [f"(void){c_name(p.name)};" for p in function.parameters if p.name not in self._used]
-        body = _indent([*unused, *self._body()])
+        body = self.indented([*unused, *self._body()])
         return [f"/* {note} */", *self.head(storage), "{", *body, "}"]
 
     def head(self, storage: str = "", end: str = ")") -> list[str]:
@@ -182,96 +155,34 @@ class CLoopPrinter(LoopPrinter):
             return [f"{const}{type} *{name}", *count]
         return [f"{const}{type} {name}{self.array_length(parameter.type.size)}"]
 
-    @cached_property
-    def _read(self) -> set[str]:
-        """Names that expressions read."""
-        asked = [e for s in self.function.walk() for e in expressions(s)]
-        return {name for e in asked for name in names_in(e)}
+    # -- statements ----------------------------------------------------------------------------------------------------
 
-    @cached_property
-    def _used(self) -> set[str]:
-        """Names that the function reads, or writes to."""
-        found = set(self._read)
-        for statement in self.function.walk():
-            if isinstance(statement, Store):
-                found.add(statement.array.name)
-            elif isinstance(statement, Assign):
-                found.add(statement.target.name)
-            elif isinstance(statement, Call):
-                found |= {a.array.name for a in statement.arguments if isinstance(a, View)}
-                found |= {r.name for r in statement.results}
-        return found
+    def declaration(self, variable: Variable) -> str:
+        return f"{self.type_of(variable.name, variable.type)} {c_name(variable.name)};"
 
-    def _body(self) -> list[str]:
-        names = {p.name for p in self.function.parameters}
-        return self._block(self.function.body, names)
+    def definition(self, variable: Variable, value: str, is_constant: bool) -> str:
+        type = self.type_of(variable.name, variable.type)
+        return f"{'const ' if is_constant else ''}{type} {c_name(variable.name)} = {value};"
 
-    def _block(self, body: Sequence[Statement], declared: set[str]) -> list[str]:
-        """A block: numbers that nothing outside of it needs are declared in it."""
-        declared, lines = set(declared), []
-        for k, statement in enumerate(body):
-            here = [v for v in assigned_variables((statement,)) if v.name not in declared]
-            for variable in here:
-                rest = body[k + 1 :]
-                direct = isinstance(statement, Assign) and statement.target == variable
-                results = isinstance(statement, Call) and variable in statement.results
-                if direct or results:
-                    continue  # the statement does
-                if uses(rest, variable.name) or not is_inside_one_block(statement, variable.name):
-                    lines.append(f"{self.type_of(variable.name, variable.type)} {c_name(variable.name)};")
-                    declared.add(variable.name)
-            lines += self._statement(statement, declared, body)
-            if isinstance(statement, Assign):
-                declared.add(statement.target.name)
-            if isinstance(statement, Call):
-                declared.update(r.name for r in statement.results)
-        return lines
+    def allocation(self, array: Array, is_zero: bool) -> list[str]:
+        zero = " = {0}" if is_zero else ""
+        return [f"{self.type_of(array.name, array.type.scalar)} {c_name(array.name)}[{array.type.size}]{zero};"]
 
-    def _statement(self, statement: Statement, declared: set[str], body: Sequence[Statement]) -> list[str]:
-        match statement:
-            case Assign(target, value):
-                type = self.type_of(target.name, target.type)
-                prefix = "" if target.name in declared else f"{self._const(target, body)}{type} "
-                return [f"{prefix}{c_name(target.name)} = {self.value_for(target.name, value)};"]
-            case Allocate(array, is_zero):
-                zero = " = {0}" if is_zero else ""
-                type = self.type_of(array.name, array.type.scalar)
-                return [f"{type} {c_name(array.name)}[{array.type.size}]{zero};"]
-            case Store(array, index, value):
-                cast, text = self.stored.get(array.type.bits), self.value_for(array.name, value)
-                stored = f"({cast})({text})" if cast else text
-                return [f"{self.element(array, index)} = {stored};"]
-            case Call():
-                return self._call_lines(statement, declared)
-            case For(variable, start, stop, step, inner):
-                name = c_name(variable.name)
-                compare = "<" if step > 0 else ">"
-                change = {1: f"{name}++", -1: f"{name}--"}.get(step, f"{name} += {step}")
-                bounds = f"{name} = {self.text(start)}; {name} {compare} {self.inside(stop, 6)}"
-                body_lines = self._block(inner, {*declared, variable.name})
-                return [f"for ({self.types[INT]} {bounds}; {change}) {{", *_indent(body_lines), "}"]
-            case While(condition, inner):
-                return [f"while ({self.text(condition)}) {{", *_indent(self._block(inner, declared)), "}"]
-            case If(condition, yes, no):
-                lines = [f"if ({self.text(condition)}) {{", *_indent(self._block(yes, declared))]
-                if no:
-                    lines += ["} else {", *_indent(self._block(no, declared))]
-                return [*lines, "}"]
-            case Break():
-                return ["break;"]
-            case Continue():
-                return ["continue;"]
-            case Return(values):
-                if len(values) == 1:
-                    return [f"return {self.returned(0, values[0])};"]
-                return [*(f"*result{k}_ = {self.returned(k, v)};" for k, v in enumerate(values)), "return;"]
-        raise TypeError(statement)
+    def stored_value(self, array: Array, value: Expression) -> str:
+        cast, text = self.stored.get(array.type.bits), self.value_for(array.name, value)
+        return f"({cast})({text})" if cast else text
 
-    def _const(self, variable: Variable, body: Sequence[Statement]) -> str:
-        if id(body) not in self._assignments:
-            found = Counter(v for s in walk(tuple(body)) for v in assigned_variables((s,), deep=False))
-            self._assignments[id(body)] = found
-        return "const " if self._assignments[id(body)][variable] == 1 else ""
+    def for_head(self, loop: For) -> str:
+        name = c_name(loop.variable.name)
+        compare = "<" if loop.step > 0 else ">"
+        change = {1: f"{name}++", -1: f"{name}--"}.get(loop.step, f"{name} += {loop.step}")
+        bounds = f"{name} = {self.text(loop.start)}; {name} {compare} {self.inside(loop.stop, 6)}"
+        return f"for ({self.types[INT]} {bounds}; {change})"
+
+    def return_lines(self, values: Sequence[Expression]) -> list[str]:
+        if len(values) == 1:
+            return [f"return {self.returned(0, values[0])};"]
+        return [*(f"*result{k}_ = {self.returned(k, v)};" for k, v in enumerate(values)), "return;"]
 
     def _call_lines(self, call: Call, declared: set[str]) -> list[str]:
         arguments: list[str] = []
@@ -322,20 +233,3 @@ def needs_elementary(roots: Iterable[Function]) -> bool:
     functions, _ = in_calling_order(roots, is_c=True)
     found = (p for f in functions for s in f.walk() for e in expressions(s) for p in parts(e))
     return any(isinstance(p, Intrinsic) and p.name in ELEMENTARY for p in found)
-
-
-def _indent(lines: Iterable[str]) -> list[str]:
-    return [_INDENT + line for line in lines]
-
-
-def wrap_arguments(head: str, items: Sequence[str], tail: str) -> list[str]:
-    """A list of arguments, on several lines where it is long."""
-    lines, line = [], head
-    items = items or [""]
-    for k, item in enumerate(items):
-        text = item + (", " if k + 1 < len(items) else tail)
-        if len(line) + len(text) > _LINE and line.strip():
-            lines.append(line.rstrip())
-            line = _INDENT * 2
-        line += text
-    return [*lines, line]

@@ -27,7 +27,7 @@ from ....ir.loops.nodes import (
     real,
 )  # fmt: skip
 from ....ir.loops.types import BOOL, INT, REAL, Scalar
-from ..uses import names_in
+from ...uses import names_in
 from .paths import varies
 
 #: The items that are meant; None: all.

@@ -7,8 +7,9 @@ from collections.abc import Collection
 from ....errors import AlgorithmError
 from ....ir.loops.nodes import Function
 from ....ir.loops.types import BOOL, REAL, ArrayType, Scalar
+from ...blocks import wrap_arguments
 from ...loops import counted
-from ..loops import CLoopPrinter, wrap_arguments
+from ..loops import CLoopPrinter
 from ..names import TYPES, c_function_name, c_name, stored_type
 from .varying import Lanes
 

@@ -31,7 +31,7 @@ from ....ir.loops.nodes import (
     expressions,
 )  # fmt: skip
 from ....ir.loops.types import ArrayType, Parameter
-from ..uses import names_in
+from ...uses import names_in
 
 #: Ids of the statements around a place that only some of the items reach, outermost first.
 Path = tuple[int, ...]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...ir.loops.nodes import Assign, Call, Expression, Statement, Variable, blocks, expressions, parts, walk
+from ..ir.loops.nodes import Assign, Call, Expression, Statement, Variable, blocks, expressions, parts, walk
 
 
 def assigned_variables(body: Sequence[Statement], deep: bool = True) -> list[Variable]:
