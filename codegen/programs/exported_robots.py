@@ -14,6 +14,7 @@ from ..ir.loops.nodes import Function
 from . import KernelSpec
 from .chains import algorithms_of as chains_of
 from .mechanisms.program import algorithms_of as mechanisms_of
+from .mechanisms.poses import HUGE, NOT_FINITE
 from .mechanisms.records import Cut, Driven, Link, Loop, PathStep, Shared, Sizes, Target, Tolerances
 
 
@@ -61,6 +62,8 @@ def mechanism_matrices(algebra: str, room: int) -> Function:
         coordinates = empty(room)
         for n in range(len(driven)):
             coordinates[n] = wanted[n] / speeds[n]
+            if not abs(coordinates[n]) < HUGE:
+                return NOT_FINITE
         poses(
             links, shared, cuts, targets, loops, path, driven, sizes, numbers, tolerances, rounds, 1, start,
             coordinates, goals, motors, residuals, statuses, relative, own, carry, free, rows, errors, off, s, indices,

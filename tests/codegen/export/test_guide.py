@@ -1,0 +1,29 @@
+"""docs/export.md as a stranger follows it: its command, its program, its compiler's line."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from bladesmith.cli.main import run
+
+from ...support.checkout import CHECKOUT
+
+TEXT = (CHECKOUT / "docs" / "export.md").read_text("utf-8")
+
+
+@pytest.mark.slow
+def test_the_project_of_the_guide_compiles_and_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    export, compile_ = (shlex.split(line) for line in re.findall(r"^\$ (.*)", TEXT, re.MULTILINE)[:2])
+    assert run(export[1:]) == 0
+    (program,) = re.findall(r"^```c\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)
+    Path("main.c").write_text(program)
+    assert compile_[0] == "cc"
+    subprocess.run([*compile_, "-Wall", "-Wextra", "-Werror"], check=True)
+    printed = subprocess.run(["./a.out"], check=True, capture_output=True, text=True).stdout
+    assert [float(text) for text in printed.split()] == [0, 1, 0]
