@@ -10,9 +10,14 @@ import click
 from . import options
 
 
-@options.command("report --quick -o report --study distance")
+@options.command("report --quick -o report --study distance --study mine.py")
 @options.output_folder("bladesmith-report")
-@click.option("--study", "names", multiple=True, help="Run only this study (repeatable). Default: all.")
+@click.option(
+    "--study",
+    "names",
+    multiple=True,
+    help="Run only this study, or that of your own file mine.py (docs/studies.md); repeatable. Default: all.",
+)
 @options.flag("--quick", "A tenth of the items and fewer timings.")
 @options.feedback
 def command(out: Path, names: tuple[str, ...], quick: bool, feedback: options.Feedback) -> None:
@@ -30,15 +35,21 @@ def command(out: Path, names: tuple[str, ...], quick: bool, feedback: options.Fe
         load_study(name)
     check_folder(out)
     left = list(dict.fromkeys(names) or STUDIES)
+
+    def about(where: str = "") -> str:
+        """How long those take that are left, as far as it is known."""
+        own = sum(name not in STUDIES for name in left)
+        text = f", about {duration_text(expected_seconds(left, quick))}{where}" if own < len(left) else ""
+        return f"{text}, and yours" if text and own else text
+
     count, done, page = len(left), 0, out / "index.html"
-    expected = duration_text(expected_seconds(left, quick))
-    click.echo(f"{count} {'study' if count == 1 else 'studies'}, about {expected} on two cores")
+    click.echo(f"{count} {'study' if count == 1 else 'studies'}{about(' on two cores')}")
     start = time.perf_counter()
     try:
         for study, rows in measure(list(left), page.parent, quick, feedback.shows_bars):
             done += 1
-            left.remove(study.name)
-            rest = f"; {len(left)} left, about {duration_text(expected_seconds(left, quick))}" if left else ""
+            left.pop(0)
+            rest = f"; {len(left)} left{about()}" if left else ""
             click.echo(f"{study.name}: {len(rows)} measurements ({time.perf_counter() - start:.1f} s){rest}")
             start = time.perf_counter()
     except KeyboardInterrupt:

@@ -6,6 +6,7 @@ import json
 import os
 import platform
 import sys
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
@@ -16,9 +17,9 @@ from typing import Any
 from ...codegen.build.cpu_features import processor_name
 from ...codegen.targets.templates import render
 from ...common.executors import Payload, Task, run_pieces
-from ...common.files import write_atomically
+from ...common.files import as_path, write_atomically
 from ...common.progress import ProgressOption, open_progress
-from ...errors import MissingExtraError
+from ...errors import InputError, MissingExtraError
 from ..registry import load_study
 from .runner import SEED, Measurement, run_study, time_text
 from .study import Study
@@ -80,6 +81,7 @@ def measure(
     Parameters
     ----------
     names : sequence of str
+        See `load_study`: names, and files of users.
     folder : Path
         Folder of the report.
     quick : bool
@@ -92,17 +94,19 @@ def measure(
     Raises
     ------
     InputError
-        If a name is not that of a study, before any is run.
+        If a name is not that of a study, or two studies have one name, before any is run.
     ExecutorError
         If workers of the executor fail or end, and do so again.
     """
     studies = [load_study(name) for name in names]
+    if doubled := [name for name, count in Counter(study.name for study in studies).items() if count > 1]:
+        raise InputError(f"two studies are called {doubled[0]!r}; results are kept by name.")
     results: list[tuple[Study, list[Measurement]]] = []
 
     def add(study: Study, rows: list[Measurement]) -> None:
         plot(study, rows, folder / f"{study.name}.png")
         results.append((study, rows))
-        write_report(results, folder)
+        _write_page(results, folder)
 
     if executor is None:
         for study in studies:
@@ -115,7 +119,7 @@ def measure(
             add(studies[number], rows)
             report(len(results), studies[number].name)
 
-        pieces = [((study.name,), f"the measurements of {study.name}") for study in studies]
+        pieces = [((name,), f"the measurements of {study.name}") for name, study in zip(names, studies, strict=True)]
         run_pieces(executor, Payload.of(_Studies(quick)), _run_named, pieces, take)
     yield from results
 
@@ -132,8 +136,34 @@ def _run_named(quick: bool, name: str) -> list[Measurement]:
     return run_study(load_study(name), quick)
 
 
-def write_report(results: Sequence[tuple[Study, Sequence[Measurement]]], folder: Path) -> Path:
-    """Write ``report.json`` and ``index.html`` with one `plot` per study; return the page's path."""
+def write_report(results: Sequence[tuple[Study, Sequence[Measurement]]], folder: str | Path) -> Path:
+    """Write a report of studies that were run: ``report.json``, ``index.html``, and a `plot` of each.
+
+    Parameters
+    ----------
+    results : sequence of (Study, sequence of Measurement)
+        What `run_study` returned of each.
+    folder : path
+        Made where it is not there.
+
+    Returns
+    -------
+    Path
+        The page.
+
+    Raises
+    ------
+    MissingExtraError
+        If matplotlib is not installed.
+    """
+    home = as_path(folder, "a report is written to")
+    for study, rows in results:
+        plot(study, rows, home / f"{study.name}.png")
+    return _write_page(results, home)
+
+
+def _write_page(results: Sequence[tuple[Study, Sequence[Measurement]]], folder: Path) -> Path:
+    """Write ``report.json`` and ``index.html``, which shows ``<study>.png`` of each study; return the page's path."""
     about = machine()
     raw: Mapping[str, Any] = {
         "machine": about,

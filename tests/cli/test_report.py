@@ -1,0 +1,85 @@
+"""`bladesmith report --study mine.py`: studies of users' files, that of the docs among them."""
+
+import json
+import re
+
+import pytest
+
+from bladesmith import benchmarks
+from bladesmith.cli import main
+from bladesmith.errors import InputError
+
+from ..support.checkout import CHECKOUT
+
+SMALL = """import numpy as np
+from bladesmith.benchmarks import Case, Method, Study
+
+half = lambda x, setting: x.astype(setting) / 2
+STUDY = Study(
+    "NAME", "Halves", (Method("half", half, "precision", ("float32", "float64")),),
+    (Case("numbers", lambda rng, count: rng.normal(size=count)),),
+    lambda x: x / 2, lambda answer, truth, x: np.abs(answer - truth), "",
+)
+"""
+
+
+def written(path, text):
+    path.write_text(text)
+    return str(path)
+
+
+@pytest.mark.slow
+def test_the_study_of_the_docs(tmp_path, capsys):
+    page = (CHECKOUT / "docs" / "studies.md").read_text(encoding="utf-8")
+    own = written(tmp_path / "mine.py", re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0])
+    assert main.run(["report", "--quick", "--study", own, "-o", str(tmp_path / "out")]) == 0
+    first, second, last = capsys.readouterr().out.splitlines()
+    assert first == "1 study" and second.startswith("mine: 8 measurements") and last.startswith("wrote ")
+    assert (tmp_path / "out" / "mine.png").exists()
+    ((name, found),) = json.loads((tmp_path / "out" / "report.json").read_text())["studies"].items()
+    assert name == "mine"
+    errors = {(r["case"], r["method"], r["setting"]): r["max_error"] for r in found["rows"]}
+    assert errors["far apart", "inner_product", "float32"] > 100 * errors["far apart", "inner_product", "float64"]
+
+
+@pytest.mark.slow
+def test_own_studies_beside_others(tmp_path, capsys):
+    own = written(tmp_path / "halves.py", SMALL.replace("NAME", "halves"))
+    assert main.run(["report", "--quick", "--study", own, "--study", "distance", "-o", str(tmp_path)]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("2 studies, about 5 s on two cores, and yours\nhalves: 2 measurements")
+    assert "1 left, about 5 s\ndistance: 18 measurements" in out
+
+
+def test_a_changed_file_is_read_again(tmp_path):
+    path = tmp_path / "own.py"
+    first = benchmarks.load_study(written(path, SMALL.replace("NAME", "one")))
+    assert benchmarks.load_study(str(path)) is first
+    assert benchmarks.load_study(written(path, "\n" + SMALL.replace("NAME", "two"))).name == "two"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (None, "own.py: cannot be read: No such file"),
+        ("x = 1\ny = (", "own.py, line 2: is not Python"),
+        ("import numpy\n\nx = numpy.nothing", "own.py, line 3: cannot be run: AttributeError"),
+        ("import bladesmith as bs\nbs.algebra(-1)", "SignatureError: p is -1"),
+        ("x = 1", "own.py: has no STUDY. Write STUDY = "),
+        ("STUDY = [1, 2]", r"own.py: has a STUDY that is \[1, 2\]"),
+    ],
+)
+def test_files_without_a_study(text, says, tmp_path, capsys):
+    path = tmp_path / "own.py"
+    if text is not None:
+        path.write_text(text)
+    assert main.run(["report", "--study", str(path), "-o", str(tmp_path / "out")]) == 2
+    assert re.search(says, capsys.readouterr().err)
+    assert not (tmp_path / "out").exists()
+
+
+def test_two_studies_of_one_name(tmp_path):
+    paths = [written(tmp_path / f"{name}.py", SMALL.replace("NAME", "halves")) for name in "ab"]
+    assert main.run(["report", *(f"--study={path}" for path in paths), "-o", str(tmp_path)]) == 2
+    with pytest.raises(InputError, match=r"no study 'distanc' .*did you mean 'distance'.*mine.py"):
+        benchmarks.load_study("distanc")
