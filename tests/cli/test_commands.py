@@ -265,7 +265,7 @@ def test_a_cache_that_is_a_file_is_told(monkeypatch, tmp_path, capsys):
 def test_the_demo_renders_the_scene_as_it_is_shown(tmp_path):
     from PIL import Image
 
-    said = demo._render(demo.Page(tmp_path, 48), 1, shows_bars=True)
+    said = demo.parts.render_part(demo.parts.Page(tmp_path, 48), 1, shows_bars=True)
     with Image.open(tmp_path / "scene.png") as picture:
         assert picture.size == (48, 32) and said.startswith("48 x 32 pixels")  # 768 x 512, smaller
 
@@ -282,7 +282,7 @@ def test_a_folder_that_cannot_be_made_is_bad_input(tmp_path, capsys):
 
 
 def test_the_demo_keeps_what_was_done_before_an_interrupt(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(demo, "_compile", interrupt)
+    monkeypatch.setattr(demo.parts, "compile_part", interrupt)
     assert main.run(["demo", "-o", str(tmp_path / "d"), "--width", "48", "--quiet"]) == main.INTERRUPTED
     page = (tmp_path / "d" / "index.html").read_text()
     assert (tmp_path / "d" / "scene.png").exists() and 'src="scene.png"' in page
@@ -355,9 +355,9 @@ def test_every_study_says_how_long_it_takes():
     from bladesmith.benchmarks.harness.runner import duration_text
     from bladesmith.benchmarks.registry import STUDIES, expected_seconds
 
-    assert set(demo.DEMO_STUDIES) <= set(STUDIES)
+    assert set(demo.parts.DEMO_STUDIES) <= set(STUDIES)
     assert all(0 < entry.quick_seconds <= entry.seconds for entry in STUDIES.values())
-    assert expected_seconds(demo.DEMO_STUDIES, quick=True) < 45
+    assert expected_seconds(demo.parts.DEMO_STUDIES, quick=True) < 45
     assert [duration_text(s) for s in (1, 42, 99, 100, 1790)] == ["5 s", "40 s", "100 s", "2 min", "30 min"]
 
 

@@ -1,4 +1,4 @@
-"""`bladesmith demo`: the main job end to end on bundled inputs, into one page."""
+"""Parts of `bladesmith demo`, each a line on its page."""
 
 from __future__ import annotations
 
@@ -10,9 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import click
-
-from ..codegen.build.extension import compiler
-from . import options
 
 #: Quick studies of the algebra and of robots. All: `bladesmith report`.
 DEMO_STUDIES = ("products", "distance", "reaching")
@@ -50,11 +47,11 @@ class Page:
         self.write()
 
     def write(self) -> None:
-        from ..benchmarks.harness.runner import duration_text
-        from ..benchmarks.harness.write import machine
-        from ..benchmarks.registry import STUDIES, expected_seconds
-        from ..codegen.targets.templates import render
-        from ..common.files import write_atomically
+        from ...benchmarks.harness.runner import duration_text
+        from ...benchmarks.harness.write import machine
+        from ...benchmarks.registry import STUDIES, expected_seconds
+        from ...codegen.targets.templates import render
+        from ...common.files import write_atomically
 
         text = render(
             "demo.html.j2",
@@ -67,42 +64,8 @@ class Page:
         write_atomically(self.path, text)
 
 
-@options.command("demo && open bladesmith-demo/index.html")
-@options.output_folder("bladesmith-demo")
-@click.option("--width", type=click.IntRange(16, 8192), help="Width of the picture; default: the scene's.")
-@options.threads
-@options.feedback
-def command(out: Path, width: int | None, threads: int | None, feedback: options.Feedback) -> None:
-    """Render a scene, compile a formula, derive an algebra, blend and cluster objects, measure error against run time.
-
-    Needs no input file and no network. Opens with bladesmith-demo/index.html, which is written after each part.
-    """
-    from ..common.files import check_folder
-
-    check_folder(out)
-    page = Page(out, width)
-    try:
-        page.do("Rendering the scene", lambda: _render(page, threads, feedback.shows_bars))
-        page.do("Compiling a formula", lambda: _compile(page))
-        page.do(f"Deriving Cl({SIGNATURE_TEXT}) from its signature", _derive)
-        page.do("Blending and clustering objects", lambda: _objects(page))
-        names = [name for name in DEMO_STUDIES if name not in COMPILED_STUDIES or compiler()]
-        runs = _studies(page, names, feedback.shows_bars)
-        for name in names:
-            page.do(f"Measuring: {name}", lambda: next(runs))
-    except KeyboardInterrupt:
-        if page.parts:
-            click.echo(f"What was done is in {page.path}", err=True)
-        raise
-    page.complete = True
-    page.write()
-    if len(names) < len(DEMO_STUDIES):
-        click.echo(f"Left out without a C compiler: {', '.join(COMPILED_STUDIES)}")
-    click.echo(f"Look at {page.path}")
-
-
-def _render(page: Page, threads: int | None, shows_bars: bool) -> str:
-    from .. import tracer
+def render_part(page: Page, threads: int | None, shows_bars: bool) -> str:
+    from ... import tracer
 
     scene = tracer.Scene.load(demo_scene_path())
     settings, width = scene.settings, page.width
@@ -114,9 +77,9 @@ def _render(page: Page, threads: int | None, shows_bars: bool) -> str:
     return f"{columns} x {rows} pixels with {len(scene.kernels)} kernels"
 
 
-def _compile(page: Page) -> str:
+def compile_part(page: Page) -> str:
     """The formula of the picture's tube, from its text to compiled code that agrees with 50 digits."""
-    from ..benchmarks.harness.compilation import compile_blend
+    from ...benchmarks.harness.compilation import compile_blend
 
     page.compilation = made = compile_blend()
     count = made.operations.multiplications
@@ -124,12 +87,12 @@ def _compile(page: Page) -> str:
     return f"{count} multiplications; a {made.kind} takes {made.nanoseconds:.0f} ns; {error}"
 
 
-def _derive() -> str:
+def derive_part() -> str:
     """An algebra that is not installed, as `bladesmith generate --signature` writes it."""
     import json
 
-    from ..codegen.declarations import plain_spec
-    from ..codegen.generator import generate
+    from ...codegen.declarations import plain_spec
+    from ...codegen.generator import generate
 
     files = generate(plain_spec(*SIGNATURE, "pga2d"), {})
     kernels = len(json.loads(files["manifest.json"])["kernels"])
@@ -137,12 +100,12 @@ def _derive() -> str:
     return f"{kernels} kernels, {lines} lines of C"
 
 
-def _objects(page: Page) -> str:
+def objects_part(page: Page) -> str:
     """A curve through circles, and clusters of lines: computed in batches, drawn without a window."""
     import numpy as np
 
-    from .. import curves, objects, plot
-    from ..core.registry import stock_algebra
+    from ... import curves, objects, plot
+    from ...core.registry import stock_algebra
 
     cga3d: Any = stock_algebra("cga3d")
     rings = cga3d.circle(
@@ -166,9 +129,9 @@ def _objects(page: Page) -> str:
     return f"a tube through {len(rings)} circles; {len(lines)} lines in {len(axes)} clusters"
 
 
-def _studies(page: Page, names: Sequence[str], shows_bars: bool) -> Iterator[str]:
+def studies_part(page: Page, names: Sequence[str], shows_bars: bool) -> Iterator[str]:
     """Each step runs one study."""
-    from ..benchmarks.harness.write import measure
+    from ...benchmarks.harness.write import measure
 
     for study, rows in measure(names, page.folder / "report", True, shows_bars):
         page.results.append((study, rows))
