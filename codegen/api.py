@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,11 +17,12 @@ import numpy as np
 from .algebra.algebra import Algebra, Kind
 from .algebra.blades import shortened_identifier
 from .algebra.multivector import Multivector
+from .autodiff.cotangents import run_summed
 from .compiler import as_written, bind_kernel, compile_declared, optimise_quickly, print_source
-from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
+from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, ShapeError, TraceError
 from .execute.arrays import BoundKernel, native_array
 from .execute.reductions.sums import run_sums, sum_items
-from .ir.graph import Graph
+from .ir.graph import Graph, Node
 from .ir.loops.language import runs_as_python
 from .ir.loops.nodes import KernelSignature
 from .optimise.variants import Operations, Variant
@@ -28,7 +30,7 @@ from .rings.protocol import NumericRing, PrecisionRing
 from .trace.calls import call_in_graph
 from .trace.declared_formula import Declared, DeclaredFormula
 from .trace.derivatives import derivative_formula, derivative_kinds
-from .trace.kernel import Formula, Kernel, Output, coefficient_name
+from .trace.kernel import Formula, Output, coefficient_name, value_layouts
 from .trace.outputs import as_outputs
 
 #: Where a kernel can run: compiled C, numba, a CUDA device, or the numba text on NumPy columns.
@@ -92,7 +94,7 @@ class KernelFunction(DeclaredFormula):
 
     Parameters
     ----------
-    formula, declared, returns, name, algebra, arguments, like
+    formula, declared, returns, name, algebra, arguments, layouts
         As for `DeclaredFormula`.
     search : bool
         False: the kernel is printed as its formula is written, and nothing is searched.
@@ -108,11 +110,11 @@ class KernelFunction(DeclaredFormula):
         name: str,
         algebra: Algebra | None,
         arguments: Sequence[str] | None = None,
-        like: Kernel | None = None,
+        layouts: Sequence[Kind] = (),
         search: bool = True,
         reduce: Literal["sum"] | None = None,
     ) -> None:
-        super().__init__(formula, declared, returns, name, algebra, arguments, like)
+        super().__init__(formula, declared, returns, name, algebra, arguments, layouts)
         self.search = search
         self.reduce = reduce
         self._bound: dict[tuple[str, str], Any] = {}
@@ -135,6 +137,16 @@ class KernelFunction(DeclaredFormula):
                     kernel = self.traced
                     self._variant = optimise_quickly(kernel) if self.search else as_written(kernel)
         return self._variant
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """What it returns; not traced, where it was compiled before."""
+        return self._outputs or super().outputs
+
+    @property
+    def forms(self) -> tuple[Node, ...]:
+        """Nodes of the outputs, in the form that is printed."""
+        return self.variant.roots
 
     @property
     def operations(self) -> Operations:
@@ -202,7 +214,44 @@ class KernelFunction(DeclaredFormula):
         formula = derivative_formula(self.formula, self.arguments, wrt, is_scalar)
         formula.__doc__ = f"Derivative of {self.name} with respect to {wrt}."
         name = shortened_identifier(f"{self.name}_d_{wrt}")
-        return KernelFunction(formula, kinds, None, name, self.algebra, names, self.traced, reduce=self.reduce)
+        layouts = value_layouts(self.outputs)
+        return KernelFunction(formula, kinds, None, name, self.algebra, names, layouts, reduce=self.reduce)
+
+    def vjp(self, *inputs: Any) -> Callable[..., tuple[Any, ...]]:
+        """Reverse derivative at some inputs.
+
+        Parameters
+        ----------
+        *inputs
+            As for a call.
+
+        Returns
+        -------
+        callable
+            Takes a cotangent of each value (statuses have none), of its shape or one that broadcasts to it, and returns
+            a tuple with one of each input, of its shape: what was broadcast has the sum over the items that share it.
+            Cotangents are coefficients beside coefficients, in the kinds' order: the change of the paired sum when a
+            coefficient changes, the others kept, whatever a kind's constraints say. NaN where there is no value.
+        """
+        return partial(self._pulled_back, inputs)
+
+    def _pulled_back(self, inputs: Sequence[Any], *cotangents: Any) -> tuple[Any, ...]:
+        pullback, count = self.pullback(), len(self.kinds)
+        wanted = len(pullback.kinds) - count
+        if len(inputs) != count or len(cotangents) != wanted:
+            raise InputError(
+                f"{self.name} takes {count} arguments ({', '.join(self.arguments)}), and its reverse derivative "
+                f"{wanted} cotangents, one of each value."
+            )
+        arrays, owner = pullback._arrays((*inputs, *cotangents))
+        leads = [self._lead(a, k) for a, k in zip(arrays, pullback.kinds, strict=True)]
+        if self.reduce and any(leads[count:]):
+            raise ShapeError(f"{self.name}: a sum over all items has one cotangent, not {leads[count:]}.")
+        results = run_summed(pullback.bound("c", arrays), arrays, leads[:count])
+        return tuple(
+            r[..., 0] if k.is_scalar_argument else owner.wrap(k.layout, r) if owner and k.form == "multivector" else r
+            for r, k in zip(results, self.kinds, strict=True)
+        )
 
     # -- calls ---------------------------------------------------------------------------------------------
 
@@ -223,7 +272,7 @@ class KernelFunction(DeclaredFormula):
         arrays, owner = self._arrays(arguments)
         bound = self.bound(target, arrays)
         if self.reduce:
-            return self._wrap(run_sums(bound, arrays), owner, is_proved=False)
+            return self._wrap(_as_returned(run_sums(bound, arrays)[0], self.outputs), owner, is_proved=False)
         return self._wrap(bound(*arrays), owner, self._is_proved(arguments))
 
     def _positional(self, arguments: Sequence[Any], by_name: Mapping[str, Any]) -> tuple[Any, ...]:
@@ -371,7 +420,7 @@ class KernelFunction(DeclaredFormula):
         if owner is None:
             return results
         items = results if isinstance(results, tuple) else (results,)
-        outputs = self._outputs or self.traced.outputs
+        outputs = self.outputs
         codes = next((v for v, o in zip(items, outputs, strict=True) if o.role == "status"), None)
         values = [
             v if o.kind.form != "multivector" else owner.wrap(o.kind if is_proved else o.kind.layout, v, codes)
@@ -383,6 +432,11 @@ class KernelFunction(DeclaredFormula):
     def __repr__(self) -> str:
         kinds = ", ".join(f"{n}: {k.name}" for n, k in zip(self.arguments, self.kinds, strict=True))
         return f"<kernel {self.name}({kinds})>"
+
+
+def _as_returned(results: Sequence[Any], outputs: Sequence[Output]) -> Any:
+    """One value, or several and statuses."""
+    return results[0] if len(results) == 1 and outputs[0].role != "status" else tuple(results)
 
 
 def _has_numba() -> bool:

@@ -69,10 +69,10 @@ def trace_kernel(
     returns: Kind | None = None,
     algebra: Algebra | None = None,
     arguments: Sequence[str] | None = None,
-    like: Kernel | None = None,
+    layouts: Sequence[Kind] = (),
 ) -> Kernel:
     """Run a formula on symbolic members of kinds; see `trace.trace`."""
-    return trace(formula, kinds, name, returns, algebra, arguments=arguments, like=like)
+    return trace(formula, kinds, name, returns, algebra, arguments=arguments, layouts=layouts)
 
 
 # -- 2. optimise -------------------------------------------------------------------------------------------

@@ -240,8 +240,12 @@ class Binding(ABC):
 
     def empty_results(self, lead: tuple[int, ...], dtype: Any) -> list[Array]:
         """Arrays for the results of items of a leading shape."""
+        return [self.empty_result(output, lead, dtype) for output in self.outputs]
+
+    def empty_result(self, output: Argument, lead: tuple[int, ...], dtype: Any) -> Array:
+        """The array for one of them."""
         empty = np.empty if math.prod(lead) < MANY else STORE.empty
-        return [empty(lead + ((o.size,) if o.size else ()), np.uint8 if o.is_status else dtype) for o in self.outputs]
+        return empty(lead + ((output.size,) if output.size else ()), np.uint8 if output.is_status else dtype)
 
     @abstractmethod
     def run(self, arrays: Sequence[Array], results: Sequence[Array], n: int) -> None:

@@ -283,9 +283,15 @@ def in_order_of_use(roots: Iterable[Node]) -> list[Node]:
 
 def evaluate(roots: Sequence[Node], variables: Mapping[tuple[int, int], Any], ring: Ring) -> list[Any]:
     """Values of nodes on another ring, given the values of the variables."""
+    values = all_values(reachable(roots), variables, ring)
+    return [values[r.id] for r in roots]
+
+
+def all_values(nodes: Iterable[Node], variables: Mapping[tuple[int, int], Any], ring: Ring) -> dict[int, Any]:
+    """Values by the nodes' numbers, of nodes in an order in which arguments come first."""
     values: dict[int, Any] = {}
     calls: dict[Any, list[list[Any]]] = {}
-    for node in reachable(roots):
+    for node in nodes:
         args = [values[a.id] for a in node.args]
         if node.op == "var":
             value = variables[node.data]
@@ -306,4 +312,4 @@ def evaluate(roots: Sequence[Node], variables: Mapping[tuple[int, int], Any], ri
         else:
             value = ring.apply(node.op, *args)
         values[node.id] = value
-    return [values[r.id] for r in roots]
+    return values

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from threading import RLock
-from typing import Any
+from typing import Any, Self
 
 from ..algebra.algebra import Algebra, Kind, scalar_argument
 from ..algebra.algebra import numbers as numbers_kind
 from ..algebra.blades import shortened_identifier, validated_identifier
 from ..errors import InputError, KindError, SignatureError, TraceError
+from ..ir.graph import Node
 from ..ir.loops.nodes import KernelSignature
-from .derivatives import tangent_formula
-from .kernel import Formula, Kernel, argument_names
+from .derivatives import directions_of, tangent_formula, unused
+from .kernel import Formula, Kernel, Output, argument_names, value_layouts
+from .pullbacks import inlined, pullback_formula, roots_like
 from .reached_code import algebra_parts
 from .rows import annotation
 from .trace import trace
@@ -53,8 +55,8 @@ class DeclaredFormula:
         As for `kernel`.
     arguments : sequence of str, optional
         Names of the arguments; default: the formula's.
-    like : Kernel, optional
-        The kernel that this one is the derivative of: results have its layouts, where they suffice.
+    layouts : sequence of Kind, optional
+        Of the results of a derivative, where they suffice.
     """
 
     def __init__(
@@ -65,7 +67,7 @@ class DeclaredFormula:
         name: str,
         algebra: Algebra | None,
         arguments: Sequence[str] | None = None,
-        like: Kernel | None = None,
+        layouts: Sequence[Kind] = (),
     ) -> None:
         home = algebra or next((k.algebra for k in declared if isinstance(k, Kind)), None)
         if home is None:
@@ -76,7 +78,7 @@ class DeclaredFormula:
         self.formula = formula
         self.kinds = tuple(_kind(k, home, name) for k in declared)
         self.returns = returns
-        self.like = like
+        self.layouts = tuple(layouts)
         self.name = name
         self.algebra = home
         self.arguments = list(arguments or argument_names(formula))
@@ -93,7 +95,7 @@ class DeclaredFormula:
             raise TraceError(f"{name} has no arguments: it is a constant and needs no kernel.")
         self.__doc__ = formula.__doc__
         self.__name__ = name
-        self._tangents: dict[tuple[str, ...], DeclaredFormula] = {}
+        self._derived: dict[tuple[str, ...], Self] = {}
         self._lock = RLock()
         self._traced: Kernel | None = None
 
@@ -110,7 +112,7 @@ class DeclaredFormula:
                         self.returns,
                         self.algebra,
                         arguments=self.arguments,
-                        like=self.like,
+                        layouts=self.layouts,
                     )
         return self._traced
 
@@ -118,9 +120,8 @@ class DeclaredFormula:
         """What it is traced from: see `reached_text`."""
         is_row = any(kind.form == "numbers" for kind in self.kinds)
         hints = [annotation(self.formula, name) for name in self.arguments] if is_row else None
-        like = self.like and [(o.kind, o.role) for o in self.like.outputs]
         home = algebra_parts(self.algebra)
-        return [self.formula, self.kinds, self.returns, self.name, home, self.arguments, like, hints]
+        return [self.formula, self.kinds, self.returns, self.name, home, self.arguments, self.layouts, hints]
 
     # -- in algorithms -------------------------------------------------------------------------------------
 
@@ -133,28 +134,99 @@ class DeclaredFormula:
 
     def tangent_signature(self, varying: tuple[str, ...]) -> KernelSignature:
         """What derivatives of algorithms call: the tangents of the results, from the inputs and directions of some."""
-        found = self._tangents.get(varying)
-        if found is None:
-            found = self._tangents[varying] = self._tangent_kernel(varying)
-        return found.kernel_signature
+        return self.along(varying).kernel_signature
 
-    def _tangent_kernel(self, varying: tuple[str, ...]) -> DeclaredFormula:
+    # -- derivatives ---------------------------------------------------------------------------------------
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """What it returns."""
+        return self.traced.outputs
+
+    @property
+    def forms(self) -> tuple[Node, ...]:
+        """Nodes of the outputs, in the form that is printed."""
+        return self.traced.roots
+
+    def along(self, varying: Sequence[str]) -> Self:
+        """The tangents of the values: the same arguments, then a direction of each that varies."""
+        key = "along", *varying
+        if key not in self._derived:
+            self._derived[key] = self._tangent_kernel(varying)
+        return self._derived[key]
+
+    def pullback(self, *wrt: str) -> Self:
+        """Reverse derivative: a kernel of the same arguments, then of a cotangent of each value.
+
+        Parameters
+        ----------
+        *wrt : str
+            Arguments whose cotangents it returns; default: all.
+
+        Returns
+        -------
+        KernelFunction
+            Its results have the blades of the arguments. Cotangents are ordinary arguments, called
+            ``<output>_bar``: it has derivatives of its own.
+
+        Raises
+        ------
+        TraceError
+            If there is no such argument.
+        """
+        wrt = wrt or tuple(self.arguments)
+        if unknown := set(wrt) - set(self.arguments):
+            raise TraceError(f"{self.name} has no argument {min(unknown)!r}; it has: {', '.join(self.arguments)}.")
+        key = "pullback", *wrt
+        if key not in self._derived:
+            self._derived[key] = self._pullback_kernel(wrt)
+        return self._derived[key]
+
+    def _pullback_kernel(self, wrt: Sequence[str]) -> Self:
+        layouts = value_layouts(self.outputs)
+        free = [_free(kind) for kind in self.kinds]
+        forward = type(self)(
+            inlined(self.formula), free, None, self.name, self.algebra, self.arguments, layouts
+        )  # fmt: skip
+
+        def roots() -> Sequence[Sequence[Node | None]]:
+            return roots_like(forward.traced, forward.forms, layouts)
+
+        places = [self.arguments.index(name) for name in wrt]
+        formula = pullback_formula(roots, self.kinds, layouts, places)
+        formula.__doc__ = f"Reverse derivative of {self.name}."
+        names = list(self.arguments)
+        for output in self.outputs:
+            if output.role != "status":
+                names.append(unused(f"{output.name}_bar", names))
+        suffix = "" if len(wrt) == len(self.arguments) else f"_{'_'.join(wrt)}"
+        name = shortened_identifier(f"{self.name}_vjp{suffix}")
+        return type(self)(
+            formula, [*self.kinds, *layouts], None, name, self.algebra, names, [free[i] for i in places]
+        )  # fmt: skip
+
+    def _tangent_kernel(self, varying: Sequence[str]) -> Self:
         constant = [name for name in self.arguments if name not in varying]
-        whole = tangent_formula(self.formula, self.formula.__module__, constant)
+        whole = tangent_formula(self.formula, self.formula.__module__, constant, self.arguments)
 
         def tangents(*arguments: Any) -> Any:
             results = whole(*arguments)
             return tuple(results[len(results) // 2 :])
 
         tangents.__doc__ = f"Tangents of {self.name}."
+        tangents.__annotations__ = whole.__annotations__
         order = [name for name in self.arguments if name in varying]
         by_name = dict(zip(self.arguments, self.kinds, strict=True))
-        free = {n: k if k.form == "numbers" or k.is_scalar_argument else k.layout for n, k in by_name.items()}
-        kinds = [free[n] if n in varying else k for n, k in by_name.items()]
-        names = [*self.arguments, *(f"d_{n}" for n in order)]
+        kinds = [_free(k) if n in varying else k for n, k in by_name.items()]
+        names = [*self.arguments, *directions_of(order, self.arguments)]
         name = shortened_identifier(f"{self.name}_along_{'_'.join(order)}")
-        declared = [*kinds, *(free[n] for n in order)]
-        return type(self)(tangents, declared, None, name, self.algebra, names, self.traced)
+        declared = [*kinds, *(_free(by_name[n]) for n in order)]
+        return type(self)(tangents, declared, None, name, self.algebra, names, value_layouts(self.outputs))
+
+
+def _free(kind: Kind) -> Kind:
+    """The kind with nothing known of its coefficients."""
+    return kind.layout if kind.form == "multivector" else kind
 
 
 def _kind(declared: Declared, algebra: Algebra, name: str) -> Kind:

@@ -16,7 +16,7 @@ from ..algebra.multivector import Multivector
 from ..errors import TraceError
 from ..rings.dual import DualRing
 from ..rings.protocol import Ring
-from .kernel import Formula
+from .kernel import Formula, argument_names
 from .outputs import Result, as_outputs
 from .rows import annotation
 
@@ -30,7 +30,7 @@ def derivative_formula(formula: Formula, names: Sequence[str], wrt: str, is_scal
         direction: Any = None if is_scalar else operands.pop()
         base = operands[place].ring
         ring = DualRing(base)
-        lifted = [_lift(x, ring) for x in operands]
+        lifted = [lift(x, ring) for x in operands]
         own = operands[place]
         if is_scalar:
             lifted[place] = own_dual = Multivector(own.algebra, ring, {})
@@ -49,7 +49,9 @@ def derivative_formula(formula: Formula, names: Sequence[str], wrt: str, is_scal
     return derivative
 
 
-def tangent_formula(formula: Formula, module: str, constant: Sequence[str] = ()) -> Formula:
+def tangent_formula(
+    formula: Formula, module: str, constant: Sequence[str] = (), names: Sequence[str] | None = None
+) -> Formula:
     """A formula along a direction of all its arguments at once.
 
     Parameters
@@ -59,6 +61,8 @@ def tangent_formula(formula: Formula, module: str, constant: Sequence[str] = ())
         The module of formulas that the new one belongs to.
     constant : sequence of str
         Arguments that do not vary.
+    names : sequence of str, optional
+        Of the arguments; default: as the formula calls them.
 
     Returns
     -------
@@ -66,7 +70,7 @@ def tangent_formula(formula: Formula, module: str, constant: Sequence[str] = ())
         Takes the arguments, then a direction ``d_<name>`` (of the same blades) for each that varies, and returns all
         values, then their tangents on the same blades. Statuses are left out.
     """
-    names = [p.name for p in inspect.signature(formula).parameters.values() if p.default is p.empty]
+    names = list(names or argument_names(formula))
     if unknown := set(constant) - set(names):
         raise TraceError(f"{formula.__name__} has no argument {min(unknown)!r} that could be constant.")
     varying = [name for name in names if name not in constant]
@@ -76,11 +80,11 @@ def tangent_formula(formula: Formula, module: str, constant: Sequence[str] = ())
         first = operands[0][0] if isinstance(operands[0], tuple) else operands[0]
         base = first.ring
         ring = DualRing(base)
-        lifted = [_lift(x, ring, directions.get(name)) for name, x in zip(names, operands, strict=True)]
+        lifted = [lift(x, ring, directions.get(name)) for name, x in zip(names, operands, strict=True)]
         results = [r for r in as_outputs(formula(*lifted)) if r.role != "status"]
         called = [r.name or ("out" if i == 0 else f"out{i}") for i, r in enumerate(results)]
         values = [
-            Result(tuple(_value(v, base) for v in r.values), r.role, name, r.is_row)
+            Result(tuple(value(v, base) for v in r.values), r.role, name, r.is_row)
             for r, name in zip(results, called, strict=True)
         ]
         tangents = [
@@ -89,27 +93,30 @@ def tangent_formula(formula: Formula, module: str, constant: Sequence[str] = ())
         ]
         return (*values, *tangents)
 
-    parameters = [*names, *(f"d_{name}" for name in varying)]
+    parameters = [*names, *directions_of(varying, names)]
     tangent.__name__ = tangent.__qualname__ = f"{formula.__name__}_tangent"
     tangent.__module__ = module
     tangent.__doc__ = f"`{formula.__name__}` and its tangent."
-    tangent.__annotations__ = {p: annotation(formula, p if p in names else p.removeprefix("d_")) for p in parameters}
+    tangent.__annotations__ = {
+        p: annotation(formula, name) for p, name in zip(parameters, [*names, *varying], strict=True)
+    }
     tangent.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
         [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in parameters]
     )
     return tangent
 
 
-def _lift(x: Any, ring: DualRing, direction: Any = None) -> Any:
+def lift(x: Any, ring: DualRing, direction: Any = None) -> Any:
     """A constant, or with a direction on the same blades a value that varies."""
     if isinstance(x, tuple):
-        lifted = [_lift(v, ring, d) for v, d in zip(x, direction or [None] * len(x), strict=True)]
+        lifted = [lift(v, ring, d) for v, d in zip(x, direction or [None] * len(x), strict=True)]
         return x._make(lifted) if hasattr(x, "_make") else tuple(lifted)
     tangents = {} if direction is None else direction.terms
     return Multivector(x.algebra, ring, {b: (c, tangents.get(b)) for b, c in x.terms.items()})
 
 
-def _value(x: Multivector, base: Ring) -> Multivector:
+def value(x: Multivector, base: Ring) -> Multivector:
+    """What is left of dual coefficients without their tangents."""
     return Multivector(x.algebra, base, {b: c[0] for b, c in x.terms.items()})
 
 
@@ -136,7 +143,19 @@ def derivative_kinds(names: Sequence[str], kinds: Sequence[Kind], wrt: str) -> t
     if kind.is_scalar_argument:
         return list(names), list(kinds)
     free = [k.layout if n == wrt else k for n, k in zip(names, kinds, strict=True)]
-    direction = f"d_{wrt}"
-    while direction in names:  # a second derivative, or an argument that happens to have this name
-        direction += "_"
-    return [*names, direction], [*free, kind.layout]
+    return [*names, *directions_of([wrt], names)], [*free, kind.layout]
+
+
+def directions_of(varying: Sequence[str], names: Sequence[str]) -> list[str]:
+    """Names of the directions of some arguments: ``d_<name>``, unless an argument has that name."""
+    taken = list(names)
+    for name in varying:
+        taken.append(unused(f"d_{name}", taken))
+    return taken[len(names) :]
+
+
+def unused(name: str, taken: Sequence[str]) -> str:
+    """The name, or a longer one: a second derivative, or an argument, may have it."""
+    while name in taken:
+        name += "_"
+    return name

@@ -129,6 +129,11 @@ class Kernel:
         return arrays[0] if len(arrays) == 1 else tuple(arrays)
 
 
+def value_layouts(outputs: Sequence[Output]) -> list[Kind]:
+    """Layouts of the values among outputs: of what is no status."""
+    return [output.kind.layout for output in outputs if output.role != "status"]
+
+
 def operand(kind: Kind, ring: Ring, values: Sequence[Any], row: Callable[..., Any] | None = None) -> Any:
     """Argument of a formula: a multivector, or for rows of numbers a tuple of scalars, perhaps a named one."""
     if kind.form == "numbers":

@@ -36,9 +36,11 @@ def trace(
     algebra: Algebra | None = None,
     note: str = "",
     arguments: Sequence[str] | None = None,
-    like: Kernel | None = None,
+    layouts: Sequence[Kind] = (),
 ) -> Kernel:
     """Run ``formula`` on symbolic members of ``kinds`` and keep what it did.
+
+    Results have the blades of ``layouts``, where they suffice.
 
     Raises
     ------
@@ -61,12 +63,12 @@ def trace(
         graph = Graph(samples)
         try:
             results = as_outputs(_run(formula, _symbols(graph, inputs), name))
-            outputs = _distinct(_outputs(graph, algebra, results, returns, name, like), inputs)
+            outputs = _distinct(_outputs(graph, algebra, results, returns, name, layouts), inputs)
         except NeedMoreSamples as needed:
             samples = next((n for n in SAMPLES if n >= needed.count), SAMPLES[-1])
             continue
         graph.frozen = True
-        again = partial(trace, formula, kinds, name, returns, algebra, note, arguments, like)
+        again = partial(trace, formula, kinds, name, returns, algebra, note, arguments, layouts)
         return Kernel(name, algebra, inputs, outputs, graph, formula, note, again)
 
 
@@ -109,7 +111,7 @@ def _outputs(
     results: Sequence[Result],
     returns: Kind | None,
     name: str,
-    like: Kernel | None,
+    layouts: Sequence[Kind],
 ) -> tuple[Output, ...]:
     outputs = []
     for i, result in enumerate(results):
@@ -127,19 +129,11 @@ def _outputs(
             if problem:
                 raise TraceError(f"{name} does not return a {kind.name}: {problem}.")
         else:
-            kind = infer_kind(graph, mv)
-            wanted = _value_of(like, i)
-            if wanted is not None and set(mv.terms) <= set(wanted.blades):
-                kind = wanted
+            fits = i < len(layouts) and layouts[i].form == "multivector" and set(mv.terms) <= set(layouts[i].blades)
+            kind = layouts[i] if fits else infer_kind(graph, mv)
         nodes = tuple(mv.terms.get(b, graph.zero) for b in kind.blades)
         outputs.append(Output(result.name or ("out" if i == 0 else f"out{i}"), kind, nodes, result.role))
     return tuple(outputs)
-
-
-def _value_of(like: Kernel | None, place: int) -> Kind | None:
-    """Layout of an output of the kernel whose derivative this is (statuses have none)."""
-    values = [o.kind.layout for o in like.outputs if o.role != "status"] if like else []
-    return values[place] if place < len(values) and values[place].form == "multivector" else None
 
 
 def _distinct(outputs: Sequence[Output], inputs: Sequence[Input]) -> tuple[Output, ...]:

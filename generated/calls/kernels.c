@@ -260,24 +260,28 @@ static unsigned char bs_join(unsigned char code, const unsigned char *codes, ptr
 /* Sums over the items of blocks [begin, end), of n items in all: a block has `length` items, `width` of which, a power of
  * two, are summed side by side. Of each of `count` results: its size (0 for a status), room for the items of a tile and
  * for lanes (`width` sums of each number, then errors), and where its sums go, for each block the sums and then the
- * errors, or a code. No more than a tile of items is stored. */
+ * errors, or a code; or, where a row of it has bytes, where the rows of all items go, and nothing is summed. */
 void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t n, ptrdiff_t length, ptrdiff_t width,
-    int count, const ptrdiff_t *sizes, void *const *tiles, void *const *lanes, void *const *sums, int operands,
-    const void *const *ins, const ptrdiff_t *strides)
+    int count, const ptrdiff_t *sizes, const ptrdiff_t *rows, void *const *tiles, void *const *lanes, void *const *sums,
+    int operands, const void *const *ins, const ptrdiff_t *strides)
 {
   const ptrdiff_t bytes = single ? sizeof(float) : sizeof(double);
   const void *here[16];
+  void *outs[8];
   for (ptrdiff_t block = begin; block < end; block++) {
     const ptrdiff_t last = n - block * length > length ? (block + 1) * length : n;
     for (int o = 0; o < count; o++) {
+      if (rows[o]) continue;
       if (sizes[o]) memset(lanes[o], 0, 2 * width * sizes[o] * sizeof(double));
       else ((unsigned char *)sums[o])[block] = 0;
     }
     for (ptrdiff_t first = block * length; first < last; first += width) {
       const ptrdiff_t items = last - first > width ? width : last - first;
       for (int a = 0; a < operands; a++) here[a] = (const char *)ins[a] + first * strides[a] * bytes;
-      bs_tables[single][kernel](0, items, tiles, here, strides);
+      for (int o = 0; o < count; o++) outs[o] = rows[o] ? (char *)sums[o] + first * rows[o] : tiles[o];
+      bs_tables[single][kernel](0, items, outs, here, strides);
       for (int o = 0; o < count; o++) {
+        if (rows[o]) continue;
         const ptrdiff_t size = sizes[o];
         double *const lane = (double *)lanes[o];
         unsigned char *const code = (unsigned char *)sums[o] + block;
@@ -288,7 +292,7 @@ void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff
     }
     for (int o = 0; o < count; o++) {
       const ptrdiff_t size = sizes[o];
-      if (!size) continue;
+      if (rows[o] || !size) continue;
       double *const lane = (double *)lanes[o], *const found = (double *)sums[o] + 2 * size * block;
       bs_fold_lanes(width, size, lane, lane + width * size);
       memcpy(found, lane, size * sizeof(double));

@@ -24,7 +24,9 @@ FIRST_BLOCKS = 4
 Part = Callable[[int, int], None]
 
 
-def run_sums(kernel: Binding, arrays: Sequence[Any]) -> Any:
+def run_sums(
+    kernel: Binding, arrays: Sequence[Any], is_summed: Sequence[bool] | None = None
+) -> tuple[list[Array], tuple[int, ...]]:
     """Sums of the results of a kernel over all items.
 
     Parameters
@@ -32,12 +34,16 @@ def run_sums(kernel: Binding, arrays: Sequence[Any]) -> Any:
     kernel : Binding
     arrays : sequence of array
         As for a call.
+    is_summed : sequence of bool, optional
+        One for each result: others are as of a call. Default: all are summed.
 
     Returns
     -------
-    array (size,), or a tuple of them
+    list of array (size,)
         In the type that the results have; of a status the first one with which an item has no value, else
         `NOT_UNIQUE` where there is one. Zeros for no items.
+    tuple of int
+        The shape of the items.
 
     Raises
     ------
@@ -47,16 +53,22 @@ def run_sums(kernel: Binding, arrays: Sequence[Any]) -> Any:
     prepared, lead = kernel.prepare(arrays)
     n, dtype = math.prod(lead), prepared[0].dtype
     blocks = -(-n // BLOCK)
+    is_summed = is_summed or [True] * len(kernel.outputs)
     sums: list[Array] = [
-        np.zeros(blocks, np.uint8) if o.is_status else np.zeros((blocks, 2, o.size)) for o in kernel.outputs
-    ]
-    if n:
+        kernel.empty_result(o, lead, dtype) if not summed
+        else np.zeros(blocks, np.uint8) if o.is_status else np.zeros((blocks, 2, o.size))
+        for o, summed in zip(kernel.outputs, is_summed, strict=True)
+    ]  # fmt: skip
+    if n and not any(is_summed):
+        kernel.run(prepared, sums, n)
+    elif n:
         make = _compiled if _is_compiled(kernel, dtype) else _written
-        parallel_for(make(kernel, prepared, n, sums), blocks, FIRST_BLOCKS)
+        parallel_for(make(kernel, prepared, n, sums, is_summed), blocks, FIRST_BLOCKS)
     results = [
-        _first_code(s) if o.is_status else _total(s).astype(dtype) for s, o in zip(sums, kernel.outputs, strict=True)
+        s if not summed else _first_code(s) if o.is_status else _total(s).astype(dtype)
+        for s, o, summed in zip(sums, kernel.outputs, is_summed, strict=True)
     ]
-    return results[0] if len(results) == 1 and not kernel.outputs[0].is_status else tuple(results)
+    return results, lead
 
 
 def sum_items(values: Array) -> Array:
@@ -79,26 +91,33 @@ def _is_compiled(kernel: Binding, dtype: Any) -> bool:
     )
 
 
-def _compiled(kernel: Any, arrays: Sequence[Array], n: int, sums: Sequence[Array]) -> Part:
+def _compiled(
+    kernel: Any, arrays: Sequence[Array], n: int, sums: Sequence[Array], is_summed: Sequence[bool]
+) -> Part:
     ffi, run = kernel.library.ffi, kernel.library.lib.bs_run_sums
     dtype = arrays[0].dtype
     sizes = [o.size for o in kernel.outputs]
     pointers = [ffi.new("void *[]", [ffi.from_buffer(a) for a in several]) for several in (sums, arrays)]
     counts, strides = ffi.new("ptrdiff_t[]", sizes), ffi.new("ptrdiff_t[]", kernel.strides(arrays))
+    whole = zip(sums, sizes, is_summed, strict=True)
+    widths = [0 if summed else s.itemsize * max(size, 1) for s, size, summed in whole]
+    rows = ffi.new("ptrdiff_t[]", widths)
 
     def part(begin: int, end: int) -> None:
         tiles = [np.empty(LANES * s, dtype) if s else np.empty(LANES, np.uint8) for s in sizes]
         lanes = [np.empty(2 * LANES * s) for s in sizes]
         rooms = [ffi.new("void *[]", [ffi.from_buffer(a) for a in several]) for several in (tiles, lanes)]
         run(
-            kernel.index, int(dtype == np.float32), begin, end, n, BLOCK, LANES, len(sizes), counts, *rooms,
+            kernel.index, int(dtype == np.float32), begin, end, n, BLOCK, LANES, len(sizes), counts, rows, *rooms,
             pointers[0], len(arrays), pointers[1], strides,
         )  # fmt: skip
 
     return part
 
 
-def _written(kernel: Binding, arrays: Sequence[Array], n: int, sums: Sequence[Array]) -> Part:
+def _written(
+    kernel: Binding, arrays: Sequence[Array], n: int, sums: Sequence[Array], is_summed: Sequence[bool]
+) -> Part:
     """A block of items at a time, on targets whose loops do not sum."""
     columns = [a.reshape(n, -1) if step else a for a, step in zip(arrays, kernel.strides(arrays), strict=True)]
 
@@ -108,7 +127,10 @@ def _written(kernel: Binding, arrays: Sequence[Array], n: int, sums: Sequence[Ar
             ins = [a[first:last] if step else a for a, step in zip(columns, kernel.strides(arrays), strict=True)]
             results = kernel.empty_results((last - first,), arrays[0].dtype)
             kernel.run(ins, results, last - first)
-            for s, result in zip(sums, results, strict=True):
+            for s, result, summed in zip(sums, results, is_summed, strict=True):
+                if not summed:
+                    s.reshape(n, *result.shape[1:])[first:last] = result
+                    continue
                 s[block] = _first_code(result) if result.dtype == np.uint8 else _block_sum(result)
 
     return part

@@ -28,8 +28,8 @@ __all__ = [
 #: What the extension that calls kernels which are made at run time has besides.
 _ADDED = """int bs_add_kernel(const void *unit);
 void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t n, ptrdiff_t length, ptrdiff_t width,
-    int count, const ptrdiff_t *sizes, void *const *tiles, void *const *lanes, void *const *sums, int operands,
-    const void *const *ins, const ptrdiff_t *strides);
+    int count, const ptrdiff_t *sizes, const ptrdiff_t *rows, void *const *tiles, void *const *lanes, void *const *sums,
+    int operands, const void *const *ins, const ptrdiff_t *strides);
 """
 
 

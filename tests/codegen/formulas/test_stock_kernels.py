@@ -16,13 +16,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bladesmith.codegen.algebra.loader import STOCK, algebra_from_data
-from bladesmith.codegen.algebra.schema import load_spec, stock_spec_path
+from bladesmith.codegen.algebra.loader import STOCK
 from bladesmith.codegen.build.cpu_features import runs
 from bladesmith.codegen.checks.errors import compare, exact_rows
 from bladesmith.codegen.checks.operands import operand_cases
 from bladesmith.codegen.compiler import bind_library
-from bladesmith.codegen.declarations import declared_kernels
 from bladesmith.codegen.execute.arrays import BoundKernel, Library
 from bladesmith.codegen.execute.cuda_compiler import compile_source
 from bladesmith.codegen.execute.numba_jit import NumbaKernel, NumbaLibrary
@@ -31,10 +29,10 @@ from bladesmith.codegen.targets.c.instances import OF_KERNELS, Instance
 from bladesmith.codegen.targets.c.printer import symbol
 from bladesmith.codegen.targets.cuda.printer import cuda_source
 from bladesmith.codegen.trace.kernel import Kernel, interface
-from bladesmith.codegen.trace.trace import trace
 from bladesmith.core.registry import stock_algebra
 
 from ...support.effort import FULL
+from ...support.targets.stock_kernels import all_kernels, declared, traced
 
 ITEMS = 24 if FULL else 12
 #: Kernels of every so many modules run on all instances.
@@ -46,23 +44,6 @@ def stock(name: str) -> Library:
     library = stock_algebra(name).stock.library
     assert library is not None
     return library
-
-
-@cache
-def declared(name: str) -> dict[str, tuple[Any, ...]]:
-    """Of each kernel of an algebra's spec what `trace` is given."""
-    spec = load_spec(stock_spec_path(name))
-    algebra = algebra_from_data(spec)
-    declared = declared_kernels(algebra, spec["kernels"])
-    return {f"{name}_{d.name}": (d.formula, d.kinds, d.name, algebra) for d in declared}
-
-
-def traced(algebra: str, name: str) -> Kernel:
-    """One kernel: all of them together take gigabytes, and a worker that runs some of the tests needs some of them."""
-    formula, kinds, own, home = declared(algebra)[name]
-    kernel = trace(formula, kinds, own, algebra=home)
-    assert symbol(kernel) == name
-    return kernel
 
 
 @cache
@@ -90,10 +71,6 @@ def instances_of(algebra: str, kernel: Kernel) -> list[Instance]:
     if modules.index(kernel.formula.__module__) % SHARE == 0:
         return runnable
     return [i for i in runnable if i.bits == 64][-1:]
-
-
-def all_kernels() -> list[tuple[str, str]]:
-    return [(algebra, name) for algebra in STOCK for name in declared(algebra)]
 
 
 @pytest.mark.slow

@@ -1,0 +1,1 @@
+"""Reverse derivatives of batches."""

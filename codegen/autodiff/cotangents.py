@@ -1,0 +1,53 @@
+"""Cotangents of batches: what was broadcast has the sum over the items that share it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import ShapeError
+from ..execute.arrays import Array, Binding, broadcast_leads
+from ..execute.reductions.sums import run_sums, sum_items
+
+
+def run_summed(kernel: Binding, arrays: Sequence[Any], leads: Sequence[tuple[int, ...]]) -> list[Array]:
+    """Results of a kernel, each summed to the leading shape that is wanted of it.
+
+    Parameters
+    ----------
+    kernel : Binding
+        Without statuses among its results.
+    arrays : sequence of array
+        As for a call.
+    leads : sequence of tuple of int
+        One for each result; together they have the shape of the items.
+
+    Raises
+    ------
+    ShapeError
+        If there are more items.
+    """
+    lead = broadcast_leads(leads, kernel.symbol)
+    is_total = [own != lead and math.prod(own) == 1 for own in leads]
+    found, items = run_sums(kernel, arrays, is_total)
+    if items != lead:
+        raise ShapeError(f"{kernel.symbol}: cotangents of items of shape {items} are more than there are values.")
+    return [
+        r.reshape(*own, -1) if total or own == lead else summed_to(r, own)
+        for r, own, total in zip(found, leads, is_total, strict=True)
+    ]
+
+
+def summed_to(value: Array, lead: tuple[int, ...]) -> Array:
+    """An array (..., size) summed over the leading axes that a shape was broadcast along."""
+    if not value.size:
+        return np.zeros((*lead, value.shape[-1]), value.dtype)
+    added = value.ndim - 1 - len(lead)
+    axes = [i for i in range(value.ndim - 1) if i < added or (lead[i - added] == 1 and value.shape[i] != 1)]
+    kept = [i for i in range(value.ndim) if i not in axes]
+    rows = np.ascontiguousarray(value.transpose(*axes, *kept))
+    rows = rows.reshape(math.prod(value.shape[i] for i in axes), -1)
+    return sum_items(rows).astype(value.dtype).reshape(*lead, value.shape[-1])

@@ -1,0 +1,138 @@
+"""Reverse derivatives of graphs where they go wrong: branches not taken, values that are none, shared nodes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bladesmith import cga3d as cga
+from bladesmith import codegen
+from bladesmith.codegen.errors import InputError, ShapeError, TraceError
+from bladesmith.codegen.formulas.products.outcome import where_or_nan
+
+
+def pulled(formula: Callable[..., Any], *inputs: Any, cotangent: Any = 1.0) -> list[np.ndarray]:
+    """Cotangents by the C text, which must be those of the NumPy text."""
+    kernel = codegen.kernel(*[codegen.scalar] * len(inputs), algebra=cga, name="f")(formula)
+    found = kernel.vjp(*inputs)(np.reshape(cotangent, (*np.shape(cotangent), 1)))
+    pullback = kernel.pullback()
+    columns = pullback.on("numpy")(*np.broadcast_arrays(*map(np.asarray, inputs)), np.reshape(cotangent, (-1, 1)))
+    assert len(columns) == len(found) if isinstance(columns, tuple) else len(found) == 1
+    return [np.asarray(x) for x in found]
+
+
+def test_a_branch_that_is_not_taken_may_be_infinite() -> None:
+    x = np.array([0.0, 4.0, -1.0])
+
+    def root(x: Any) -> Any:
+        return codegen.select(x > 0, codegen.sqrt(x), 0 * x) * (1 + x)
+
+    np.testing.assert_allclose(pulled(root, x)[0], [0.0, 2 + 5 / 4, 0.0])
+
+    def quotient(x: Any) -> Any:
+        inverse = codegen.reciprocal(x)
+        return codegen.select(x > 0, inverse * x * 3 + inverse, x) + codegen.select(x > 2, inverse, 2 * x)
+
+    np.testing.assert_allclose(pulled(quotient, x)[0], [3.0, -1 / 8, 3.0])
+
+
+def test_both_branches_of_one_comparison_are_whole() -> None:
+    def formula(x: Any, y: Any) -> Any:
+        inverse = codegen.reciprocal(y)
+        return codegen.select(x > 0, inverse * x, inverse)
+
+    found = pulled(formula, np.array([2.0, -2.0]), 4.0)
+    np.testing.assert_allclose(found[0], [0.25, 0.0])
+    np.testing.assert_allclose(found[1], -2 / 16 - 1 / 16)  # shared by two items
+
+
+def test_nested_branches() -> None:
+    def formula(x: Any) -> Any:
+        inner = codegen.select(x > 1, codegen.log(x - 1), codegen.sqrt(-x))
+        return codegen.select(x > 2, inner * x, codegen.select(x < -1, inner, x * x))
+
+    x = np.array([3.0, 1.0, 0.0, -4.0, 1.5])
+    np.testing.assert_allclose(pulled(formula, x)[0], [np.log(2) + 1.5, 2.0, 0.0, -0.25, 3.0])
+
+
+def test_no_value_has_no_derivative() -> None:
+    def root(x: Any) -> Any:
+        return where_or_nan(x > 0, x * x) * 3
+
+    found = pulled(root, np.array([2.0, -1.0]))[0]
+    assert found[0] == 12.0 and np.isnan(found[1])
+
+    def guarded(x: Any) -> Any:
+        return codegen.select(x > 0, 1 / where_or_nan(x > 0, x), 5 * x)
+
+    np.testing.assert_allclose(pulled(guarded, np.array([2.0, -1.0]))[0], [-0.25, 5.0])
+
+
+def test_a_value_that_is_used_twice() -> None:
+    def formula(x: Any, y: Any) -> Any:
+        product = x * y
+        return product * product + codegen.sin(product) + x * x * x
+
+    x, y = 0.3, 1.7
+    found = pulled(formula, x, y)
+    outer = 2 * x * y + np.cos(x * y)
+    np.testing.assert_allclose(found[0], outer * y + 3 * x * x, rtol=1e-15)
+    np.testing.assert_allclose(found[1], outer * x, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("formula", "slope"),
+    [
+        (lambda x: codegen.exp(x) + codegen.log(x), lambda x: np.exp(x) + 1 / x),
+        (lambda x: codegen.cos(x) * codegen.absolute(x - 3), lambda x: np.sin(x) * (x - 3) - np.cos(x)),
+        (lambda x: codegen.atan2(x, 2 * x * x), lambda x: -2 / (1 + 4 * x * x)),
+        (lambda x: codegen.stumpff1(x * x) * x, np.cos),
+    ],
+)
+def test_functions(formula: Any, slope: Any) -> None:
+    x = np.array([0.3, 1.1, 2.9])
+    np.testing.assert_allclose(pulled(formula, x)[0], slope(x), rtol=1e-13)
+
+
+def test_wrong_calls_are_refused() -> None:
+    kernel = codegen.kernel(codegen.scalar, codegen.scalar, algebra=cga, name="f")(lambda a, b: a * b)
+    with pytest.raises(InputError, match="2 arguments"):
+        kernel.vjp(1.0)(np.ones(1))
+    with pytest.raises(InputError, match="1 cotangents"):
+        kernel.vjp(1.0, 2.0)()
+    with pytest.raises(ShapeError, match="3 entries|last axis"):
+        kernel.vjp(1.0, 2.0)(np.ones(3))
+    with pytest.raises(ShapeError, match="more than there are"):
+        kernel.vjp(np.ones(2), 2.0)(np.ones((5, 2, 1)))
+    with pytest.raises(TraceError, match="no argument 'c'"):
+        kernel.pullback("c")
+
+
+def test_what_is_shared_has_the_sum() -> None:
+    kernel = codegen.kernel(codegen.scalar, codegen.numbers(2), algebra=cga, name="f")(
+        lambda a, b: codegen.row([a * b[0], a * a * b[1]])
+    )
+    rng = np.random.default_rng(0)
+    a, b, g = rng.normal(size=(5000, 1)), rng.normal(size=(3, 2)), rng.normal(size=(5000, 3, 2))
+    da, db = kernel.vjp(a, b)(g)
+    each_a, each_b = kernel.vjp(a + np.zeros(3), b + np.zeros((5000, 3, 2)))(g)
+    np.testing.assert_allclose(da, each_a.sum(1, keepdims=True), rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(db, each_b.sum(0), rtol=1e-12)
+    da, db = kernel.vjp(a[:, 0], b[0])(g[:, 0])
+    np.testing.assert_allclose(db, (a ** np.arange(1, 3) * g[:, 0]).sum(0), rtol=1e-12)
+    assert da.shape == (5000,) and kernel.vjp(2.0, b[0])(g[0, 0])[0].shape == ()
+    assert kernel.vjp(np.ones((0, 1)), b)(np.ones((0, 3, 2)))[1].tolist() == np.zeros((3, 2)).tolist()
+
+
+def test_a_sum_over_all_items_has_one_cotangent() -> None:
+    loss = codegen.kernel(codegen.scalar, codegen.scalar, algebra=cga, name="f", reduce="sum")(lambda a, b: a * a * b)
+    a, b = np.random.default_rng(0).normal(size=(2, 70_001))
+    da, db = loss.vjp(a, b[0])(np.array([2.0]))
+    np.testing.assert_allclose(da, 4 * a * b[0], rtol=1e-14)
+    assert db.shape == () and abs(db - 2 * math.fsum(a * a)) <= 1e-15 * db
+    with pytest.raises(ShapeError, match="one cotangent"):
+        loss.vjp(a, b)(np.ones((70_001, 1)))
