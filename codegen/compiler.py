@@ -51,8 +51,6 @@ if TYPE_CHECKING:
     from .optimise.variants import Variant
     from .targets.c.instances import Instance
 
-#: Generated folder of the extension that calls kernels which are made at run time.
-CALLS = "calls"
 #: A kernel as a function of arrays, and what it returns.
 Compiled = tuple[BoundKernel, tuple[Output, ...]]
 #: Languages that kernels are printed in.
@@ -182,6 +180,7 @@ def build_kernel(variant: Variant, precision: str = "f64") -> AddedKernel:
 
 
 def _add_kernel(variant: Variant, instance: Instance) -> AddedKernel:
+    from .build.calls import calls_extension
     from .build.extension import load_unit, unit_stem
     from .build.flags import UNIT_FLAGS
     from .targets.c.extension import kernel_source
@@ -189,15 +188,7 @@ def _add_kernel(variant: Variant, instance: Instance) -> AddedKernel:
     source = kernel_source(variant, instance)
     if "elementary.h" not in source.headers:  # sines and series gain by more than these options
         source = replace(source, options=UNIT_FLAGS)
-    return AddedKernel(_calls(), source.name, load_unit(source), unit_stem(source))
-
-
-def _calls() -> Any:
-    """The extension that calls kernels which are made at run time."""
-    from .build.extension import generated_extension, load
-    from .build.installed import bundled_folder, headers, installed_program
-
-    return installed_program(CALLS) or load(generated_extension(bundled_folder(CALLS), headers()))
+    return AddedKernel(calls_extension(), source.name, load_unit(source), unit_stem(source))
 
 
 # -- 5. execute --------------------------------------------------------------------------------------------
@@ -276,6 +267,7 @@ def compile_declared(declared: DeclaredFormula, select: Callable[[], Variant], p
     precision : {"f64", "f32"}
     """
     from .build.built_kernels import Place
+    from .build.calls import calls_extension
     from .build.extension import unit_in_cache
 
     place = Place(declared, precision)
@@ -283,7 +275,7 @@ def compile_declared(declared: DeclaredFormula, select: Callable[[], Variant], p
     unit = found and unit_in_cache(found.unit)
     if found and unit:
         with suppress(LoopError):
-            added = AddedKernel(_calls(), found.symbol, unit, found.unit)
+            added = AddedKernel(calls_extension(), found.symbol, unit, found.unit)
             return BoundKernel(added, found.symbol, *interface(found)), found.outputs
     variant = select()
     library = build_kernel(variant, precision)

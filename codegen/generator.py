@@ -19,12 +19,13 @@ from .algebra.algebra import Algebra
 from .algebra.kind_checks import check_kind
 from .algebra.loader import STOCK, algebra_from_data, data_from_algebra
 from .build import text_cache
+from .build.calls import CALLS
 from .build.flags import unit_file
 from .build.formula_digest import file_digest, formula_digest
 from .build.kernel_cache import INDEX
 from .build.source_digest import ROOT
 from .build.stamps import STAMPS, Stamps, generated_files, module_stamp, printers_stamp, read_stamps
-from .compiler import CALLS, optimise_kernel, print_source, print_unit, trace_kernel
+from .compiler import optimise_kernel, print_source, print_unit, trace_kernel
 from .declarations import Declaration, by_module, declared_kernels
 from .errors import SpecError
 from .interrupts import keep_partial

@@ -6,7 +6,6 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from functools import partial
-from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import _cffi_backend
@@ -212,6 +211,7 @@ class CLoop(Loop):
         ffi = library.ffi
         self.hold, self._new, self._pointers = ffi.from_buffer, ffi.new, ffi.typeof("void *[]")
         self.run, self._null = getattr(library.lib, f"{name}_{tag}"), ffi.NULL
+        self._address = int(ffi.cast("uintptr_t", ffi.addressof(library.lib, f"{name}_{tag}")))
 
     def bind(self, arrays: Sequence[Any], strides: Any, counts: Any) -> Run:
         run = partial(self.run, self._new(self._pointers, arrays), strides, counts)
@@ -219,20 +219,8 @@ class CLoop(Loop):
         return run
 
     def item_call(self, shared: Sequence[Any], strides: Any, counts: Any, shape: tuple[int, ...]) -> ItemCall:
-        """The loop for single items that share all arrays but the last one, a row, and the result.
-
-        Parameters
-        ----------
-        shared : sequence
-            As `hold` made them; who calls keeps them.
-        strides, counts
-            Of all arrays.
-        shape : tuple of int
-            Of the result.
-        """
-        return ItemCall(
-            self.run, partial(self.pointers, [*shared, None, None]), strides, counts, shape, len(shared)
-        )
+        """The loop for single items that share all arrays but the last one, a row, and the result; see `ItemCall`."""
+        return ItemCall(self._address, shared, strides, counts, shape)
 
     def pointers(self, arrays: Sequence[Any]) -> Any:
         """Pointers to arrays as `hold` made them, which who calls keeps; null in place of those that calls set."""
@@ -248,37 +236,40 @@ class CLoop(Loop):
 class ItemCall:
     """A compiled loop as a function of a row of numbers, for calls of single items in control loops.
 
+    Calls share nothing that they write, also where another thread, or a handler of a signal, calls meanwhile.
+
     Parameters
     ----------
-    run : callable
-        The compiled loop.
-    new : callable
-        Makes its array of pointers: each call has one of its own, also where another thread, or a handler of a signal,
-        calls meanwhile.
+    loop : int
+        Address of the compiled loop.
+    shared : sequence
+        Arrays before the row and the result, as `Loop.hold` made them: at most 14.
     strides, counts : as `Loop.integers` makes them
     shape : tuple of int
         Of the result.
-    last : int
-        Place of the row among the arrays; the result is behind it.
+
+    Raises
+    ------
+    CompilerMissingError
+        As by `calls_extension`.
     """
 
-    def __init__(self, run: Any, new: Callable[[], Any], strides: Any, counts: Any, shape: tuple[int, ...], last: int):
-        self._run, self._new, self._strides, self._counts = run, new, strides, counts
+    def __init__(self, loop: int, shared: Sequence[Any], strides: Any, counts: Any, shape: tuple[int, ...]) -> None:
+        from ..build.calls import calls_extension
+
+        module = calls_extension()
+        ffi = module.ffi
+        self._run, self._kept = module.lib.bs_call_row, (*shared, strides, counts)
         self._shape, self._size = None if len(shape) == 1 else shape, math.prod(shape)
-        self._place, self._free = last, list[Any]()
+        call = self._call = ffi.new("bs_row_call *")
+        call.loop, call.shared, call.size = ffi.cast("void *", loop), len(shared), self._size
+        call.arrays[0 : len(shared)] = [ffi.cast("void *", a) for a in shared]
+        call.strides, call.counts = (ffi.cast("ptrdiff_t *", a) for a in (strides, counts))
 
     def __call__(self, row: Array) -> Array | None:
         """The result, for a row without gaps in double precision; None where it is not finite."""
-        try:
-            pointers = self._free.pop()
-        except IndexError:
-            pointers = self._new()
-        place, result = self._place, empty(self._size)
-        held, room = from_buffer(row), from_buffer(result)
-        pointers[place], pointers[place + 1] = held, room
-        self._run(pointers, self._strides, self._counts, 0, 1)
-        self._free.append(pointers)
-        if not isfinite(result.dot(result)):
+        result = empty(self._size)
+        if not self._run(self._call, from_buffer(row), from_buffer(result)):
             return None
         return result if self._shape is None else result.reshape(self._shape)
 

@@ -300,3 +300,21 @@ void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff
     }
   }
 }
+
+/* A compiled loop as a function of a row of numbers: pointers to what its calls share, before those to the row and to
+ * the result of `size` numbers. */
+typedef void (*bs_loop)(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end);
+typedef struct { void *loop; int shared; ptrdiff_t size; void *arrays[14]; const ptrdiff_t *strides, *counts; } bs_row_call;
+
+/* One item; returns whether all numbers of the result are finite. */
+int bs_call_row(const bs_row_call *call, const void *row, void *result)
+{
+  void *arrays[16];
+  memcpy(arrays, call->arrays, sizeof call->arrays);
+  arrays[call->shared] = (void *)row;  /* which the loop does not change */
+  arrays[call->shared + 1] = result;
+  ((bs_loop)call->loop)(arrays, call->strides, call->counts, 0, 1);
+  int finite = 1;
+  for (ptrdiff_t i = 0; i < call->size; i++) finite &= isfinite(((const double *)result)[i]) != 0;
+  return finite;
+}

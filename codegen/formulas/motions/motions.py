@@ -68,6 +68,11 @@ def translation_of(r: Multivector) -> Multivector:
     return -2 * attached_part(r * ~euclidean_part(r)).grade(1)
 
 
+def translator_parameters(r: Multivector) -> Result:
+    """The vector of a translation."""
+    return row(coordinates(translation_of(r)), "t")
+
+
 def motor_to_matrix(r: Multivector) -> Result:
     """The homogeneous matrix of a unit motor, row by row: rotation columns r e_k ~r, then the translation."""
     turn = euclidean_part(r)

@@ -10,12 +10,12 @@ from __future__ import annotations
 from ...algebra.multivector import Mask, Multivector, absolute, reciprocal, select, sqrt
 from ...algebra.product_terms import keep_outer, keep_scalar
 from ...status import Status
-from ...trace.outputs import Result, named
+from ...trace.outputs import Result, named, row
 from ..motions.motions import translator
 from ..products.outcome import NOISE, epsilon, outcome, where_or_nan
 from ..products.products import absolute_product
 from .blades import Checked, norm_squared
-from .euclidean import attached_part, cross, direction_of, euclidean_part, length, space
+from .euclidean import attached_part, axes, cross, direction_of, euclidean_part, length, space
 
 
 def infinity(like: Multivector) -> Multivector:
@@ -260,3 +260,19 @@ def homothety(scale: Multivector, center: Multivector) -> Checked:
 def transversor(t: Multivector) -> Multivector:
     """1 - t n0: inversion in the unit sphere, translation by t, inversion; x -> (x + x^2 t)/(1 + 2 t.x + t^2 x^2)."""
     return 1 - t * origin(t)
+
+
+def dilator_parameters(x: Multivector) -> tuple[Result, Result, Result]:
+    """Scale and center of cosh(g/2) + sinh(g/2) n0 n_inf + .. : the sum of the two is the root of the scale, their
+    difference its inverse. NOT_UNIQUE: a homothety of scale 1, about any center."""
+    c, k = x["1"], x["noni"]
+    attached = [x[f"e{i + 1}ni"] for i in range(len(axes(x)))]
+    regular = absolute(k) > 0
+    center = [a / select(regular, k, k.constant(1)) for a in attached]
+    anywhere = [(absolute(k) <= 0, Status.NOT_UNIQUE)] if any(a.terms for a in attached) else []
+    return named("scale", (c + k) / (c - k)), row(center, "center"), outcome(x, *anywhere)
+
+
+def transversor_parameters(x: Multivector) -> Result:
+    """The vector of a transversor."""
+    return row([-x[f"e{i + 1}no"] for i in range(len(axes(x)))], "t")

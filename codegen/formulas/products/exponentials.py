@@ -13,10 +13,21 @@ import numpy as np
 from ...algebra.multivector import Mask, Multivector, absolute, atan2, cos, select, sin, sqrt, stumpff0, stumpff1
 from ...errors import GradeError
 from ...status import Status
-from ...trace.outputs import Result
+from ...trace.outputs import Result, named, row, status
 from ..motions.commuting_planes import commuting_axis
-from ..objects.euclidean import attached_part, euclidean_part, null_vector, space
-from .outcome import NOISE, as_computed, epsilon, is_finite, outcome, size, where_or_nan
+from ..motions.motions import translation_of
+from ..objects.euclidean import (
+    attached_part,
+    axes,
+    coordinates,
+    cross,
+    direction_of,
+    dot,
+    euclidean_part,
+    null_vector,
+    space,
+)
+from .outcome import NOISE, as_computed, epsilon, is_finite, outcome, size, where_or_nan, without_negative_zeros
 from .products import absolute_product
 
 
@@ -144,6 +155,42 @@ def log_motor(r: Multivector) -> tuple[Multivector, Result]:
     axis, possible = commuting_axis(r.grade(2))
     b = where_or_nan(valid, k) * p + shift - axis * select(full_turn, half_angle, r.constant(0))
     return _results(r, b, valid, full_turn, possible)
+
+
+def motor_parameters(r: Multivector) -> tuple[Result, Result, Result, Result, Result]:
+    """Screw of a motor: unit axis, angle in [0, 2 pi), point of the axis nearest the origin, translation along it.
+
+    A translation has its direction as axis and the angle 0. NOT_UNIQUE: the identity, whose axis is the last vector of
+    the basis; a full turn, whose axis goes through the origin. INVALID: as `log_motor`.
+    """
+    b, logarithm = log_motor(r)
+    turn = (euclidean_part(b) * space(r)).grade(1)
+    turned, plane = size(turn), euclidean_part(r.grade(2))
+    a, inverse = direction_of(turn)
+    turns = inverse > 0
+    angle = 2 * select(turns, 1 / inverse, turned)
+    axis, rest = select(turns, a, axes(r)[-1]), turned <= 0
+    advance, point = r.constant(0), r.new({})
+    t = translation_of(r)
+    if t.terms:
+        direction, scale = direction_of(t)
+        moves = scale > 0
+        axis, rest = select(turns | ~moves, axis, direction), rest & (size(t) <= 0)
+        advance = dot(axis, t)
+        across = t - advance * axis
+        # the nearest point c of the axis is moved by `across`: (1 - rotation) c = across, c perpendicular to it
+        cotangent = r.grade(0) * direction_of((plane * space(r)).grade(1))[1]
+        full_turn = ~_is_rotation(r.grade(0), -(plane * plane).grade(0)) & (r.grade(0) < 0)
+        found = (across + cross(axis, across) * cotangent) / 2
+        point = select(turns & ~full_turn, found, r.constant(0))
+    code = select(rest, r.constant(Status.NOT_UNIQUE), r.constant(Status.OK))
+    return (
+        row(coordinates(without_negative_zeros(axis)), "axis"),
+        named("angle", angle),
+        row(coordinates(without_negative_zeros(point)), "point"),
+        named("advance", without_negative_zeros(advance)),
+        status(select(logarithm.value > 0, logarithm.value, code)),
+    )
 
 
 def sqrt_motor(r: Multivector) -> tuple[Multivector, Result]:

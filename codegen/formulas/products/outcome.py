@@ -5,7 +5,7 @@ Only masks and scalars are handled here; which items are singular is each formul
 
 from __future__ import annotations
 
-from ...algebra.multivector import Mask, Multivector, select
+from ...algebra.multivector import Mask, Multivector, absolute, select
 from ...status import Status
 from ...trace.outputs import Result, status
 
@@ -31,6 +31,12 @@ def as_computed(x: Multivector) -> Multivector:
 def where_or_nan(mask: Mask, x: Multivector) -> Multivector:
     """The scalar x where the mask holds, else NaN. Divide by it, or multiply with it, and the item is NaN."""
     return select(mask, x, not_a_number(x))
+
+
+def without_negative_zeros(x: Multivector) -> Multivector:
+    """x with 0 where a coefficient is -0."""
+    scalars = {b: x.new({0: c}) for b, c in x.terms.items()}
+    return x.new({b: select(absolute(c) <= 0, c.constant(0), c).scalar() for b, c in scalars.items()})
 
 
 def outcome(like: Multivector, *cases: tuple[Mask, Status]) -> Result:

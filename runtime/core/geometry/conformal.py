@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...dispatch.formulas import ArrayOperand
-from ...status import Status
 from ..multivector import Multivector
 from . import classification
 from .euclidean import EuclideanAlgebra, Rotor, is_origin
@@ -99,17 +98,10 @@ class Conformal(EuclideanAlgebra):
         return self.read(PointPair, "conformal.point_pair_parameters", x)
 
     def _read_dilator(self, x: Multivector) -> Any:
-        """cosh(g/2) + sinh(g/2) noni: their sum is the root of the scale, their difference its inverse."""
-        c, k = x["1"], x["noni"]
-        with np.errstate(all="ignore"):
-            scale = (c + k) / (c - k)
-            center = np.stack([x[f"e{i + 1}ni"] / np.where(k == 0, 1, k) for i in range(self.space)], -1)
-        anywhere = (k == 0) & (x.kind.name == "homothety")  # scale 1 about any center
-        status = np.where(anywhere, np.uint8(Status.NOT_UNIQUE), np.uint8(Status.OK))
-        return self.named_tuple(Dilator, (scale, center), x, status)
+        return self.read(Dilator, "conformal.dilator_parameters", x)
 
     def _read_transversor(self, x: Multivector) -> Any:
-        return self.named_tuple(Transversor, (np.stack([-x[f"e{i + 1}no"] for i in range(self.space)], -1),), x)
+        return self.read(Transversor, "conformal.transversor_parameters", x)
 
 
 class ConformalAlgebra(Conformal):

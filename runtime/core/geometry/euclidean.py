@@ -32,6 +32,11 @@ Rotor = parameters_class("Rotor", "axis", "angle", "point")
 Motor = parameters_class("Motor", "axis", "angle", "point", "advance")
 
 
+def _rotor_of(axis: Any, angle: Any, point: Any, advance: Any) -> Parameters:
+    """A motor's parameters as those of a rotor."""
+    return cast(Callable[..., Parameters], Rotor)(axis, angle, point)
+
+
 class EuclideanAlgebra(Algebra):
     """An algebra whose versors move Euclidean space. Vectors of space are arrays (..., d); angles are radians."""
 
@@ -150,10 +155,14 @@ class EuclideanAlgebra(Algebra):
     def as_motor(self, x: Multivector) -> Multivector:
         """x as a unit motor, its constraints checked."""
         check_multivector(x)
+        if x._type.algebra is self and x._type.memoize("is_motor", lambda: self._is_motor(x.kind)):
+            return x
         if x.algebra is not self or 0 not in x.grades:
             raise KindError(f"a {x.kind.name} of {x.algebra.name} is not a motor of {self.name}.")
-        names = [n for n in ("rotor", "translator", "motor") if n in self.kinds and self.kind(n) == x.kind]
-        return x if names else x.as_kind("motor")
+        return x.as_kind("motor")
+
+    def _is_motor(self, kind: Kind) -> bool:
+        return any(n in self.kinds and self.kind(n) == kind for n in ("rotor", "translator", "motor"))
 
     def motor_parameters(self, x: Multivector) -> Parameters:
         """Screw of a unit motor: unit axis, angle in [0, 2 pi), point of the axis nearest the origin, advance.
@@ -161,38 +170,18 @@ class EuclideanAlgebra(Algebra):
         The advance is the translation along the axis. A translation has its direction as
         axis, and the angle 0; the identity (NOT_UNIQUE) the last basis vector.
         """
-        motor = self.as_motor(x).as_kind("motor")
-        logarithm = motor.log()
-        matrix = self.matrix(motor)
-        status = logarithm._status
-        plane = plane_vector(logarithm, self.space)
-        half = np.linalg.norm(plane, axis=-1)
-        t = matrix[..., : self.space, self.space]
-        shift = np.linalg.norm(t, axis=-1)
-        with np.errstate(all="ignore"):
-            axis = np.where((half > 0)[..., None], plane / half[..., None], t / shift[..., None])
-            rest = (half == 0) & (shift == 0)
-            axis[rest] = np.eye(self.space, dtype=x.dtype)[-1]
-            advance = (axis * t).sum(-1)
-            across = t - advance[..., None] * axis
-            # the nearest point c of the axis is moved by `across`: (1 - rotation) c = across, c perpendicular to it
-            point = (across + np.cross(axis, across) / np.tan(half)[..., None]) / 2
-        full_turn = False if status is None else status == Status.NOT_UNIQUE  # its axis goes through the origin
-        point = np.where(((half > 0) & ~np.asarray(full_turn))[..., None], point, 0.0).astype(x.dtype)
-        status = merge_statuses(status, np.where(rest, np.uint8(Status.NOT_UNIQUE), np.uint8(0)))
-        return self.named_tuple(Motor, (axis + 0.0, 2 * half, point + 0.0, advance + 0.0), x, status)  # no -0.0
+        motor = self.as_motor(x)
+        if motor._type.kind.name == "translator":
+            motor = motor.as_kind("motor")
+        return self.read(Motor, "exponentials.motor_parameters", motor)
 
     def rotor_parameters(self, x: Multivector) -> Parameters:
         """Axis, angle and a point of the axis of a rotation about the origin."""
-        found = self.motor_parameters(x)
-        result = cast(Callable[..., Parameters], Rotor)(found.axis, found.angle, found.point)
-        result.orientation, result.status = found.orientation, found.status
-        return result
+        return self.read(_rotor_of, "exponentials.motor_parameters", self.as_motor(x))
 
     def translator_parameters(self, x: Multivector) -> Parameters:
         """The vector of a translation."""
-        matrix = self.matrix(x)
-        return self.named_tuple(Translator, (np.ascontiguousarray(matrix[..., : self.space, self.space]),), x)
+        return self.read(Translator, "motions.translator_parameters", self.as_motor(x))
 
     # -- parameters ----------------------------------------------------------------------------------------
 

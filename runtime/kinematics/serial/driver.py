@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.algorithms.chain_frames import JacobianFrame
+from ...codegen.errors import CompilerMissingError
 from ...codegen.execute.items import CLoop, ItemCall
 from ...common import parallel
 from ...dispatch.algorithm_loops import compiled_loop
@@ -173,7 +174,10 @@ class Driver:
         loop, shared, strides, counts = plan
         if self._movers is not None or not isinstance(loop, CLoop):
             return None
-        return loop.item_call([*shared, *map(loop.hold, given)], strides, counts, shape)
+        try:
+            return loop.item_call([*shared, *map(loop.hold, given)], strides, counts, shape)
+        except CompilerMissingError:  # the loop was compiled at install, what calls it was not
+            return None
 
     def forward(self, x: Array, every: bool, threads: int | None) -> Array:
         """Motors (items, 8), or of every link (items, n, 8)."""
