@@ -15,6 +15,7 @@ from .unit import Unit, exported_unit
 #: Languages by what users call them: the module of `languages` that prints them, the function, precisions.
 _LANGUAGES = {
     "c99": ("c99", "c99_files", ("f64", "f32")),
+    "rust": ("rust", "rust_files", ("f64", "f32")),
 }
 #: What files can be exported in.
 LANGUAGES = tuple(_LANGUAGES)

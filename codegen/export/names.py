@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 
 from ..errors import InputError
 from ..targets.c.names import is_c_word
+from .places import result_of
 from .unit import Unit
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*")
 #: Words that cannot be names, beside those of C and C++.
 _WORDS = {
     "rust": """
-        as async await become box crate dyn final fn impl in let loop macro match mod move mut override priv pub ref
-        self Self super trait type unsafe unsized use where yield f32 f64 main
+        abstract as async await become box break const continue crate do dyn else enum extern false final fn for gen if
+        impl in let loop macro match mod move mut override priv pub ref return self Self static struct super trait true
+        try type typeof unsafe unsized use virtual where while yield
     """,
     "js": """
-        arguments async await debugger eval export extends finally function implements import in instanceof interface
-        let null of package super undefined var with yield
+        arguments await break case catch class const continue debugger default delete do else enum eval export extends
+        false finally for function if implements import in instanceof interface let new null package private protected
+        public return static super switch this throw true try typeof undefined var void while with yield
     """,
     "glsl": """
         active asm attribute buffer cast centroid common discard dvec2 dvec3 dvec4 external filter fixed flat half highp
@@ -29,6 +33,31 @@ _WORDS = {
 }
 #: Languages in which functions have the file's name before theirs: there they may be called as a word.
 _PREFIXED = ("c99", "glsl")
+#: Languages whose words are not those of C besides.
+_UNLIKE_C = ("rust", "js")
+
+
+@cache
+def language_words(language: str) -> frozenset[str]:
+    """Words that cannot be names, beside those of C and C++ that `targets.c.names` has."""
+    return frozenset(_WORDS.get(language, "").split())
+
+
+def camel_case(name: str) -> str:
+    """``motor_any`` as ``MotorAny``."""
+    return "".join(part[:1].upper() + part[1:] for part in name.split("_"))
+
+
+def lower_camel_case(name: str) -> str:
+    """``motor_any`` as ``motorAny``."""
+    first, *rest = name.split("_")
+    return first + camel_case("_".join(rest))
+
+
+#: How a language writes types and other names, where not as they are.
+_SPELLED: dict[str, tuple[Callable[[str], str], Callable[[str], str]]] = {
+    "rust": (camel_case, str), "js": (camel_case, lower_camel_case),
+}  # fmt: skip
 
 
 def check_names(unit: Unit, language: str) -> None:
@@ -38,15 +67,36 @@ def check_names(unit: Unit, language: str) -> None:
     ------
     InputError
     """
-    words = frozenset(_WORDS.get(language, "").split())
+    words = language_words(language)
     for what, name, is_prefixed in _names(unit):
         if not _NAME.fullmatch(name):
             raise InputError(
                 f"{what} {name!r} cannot be exported.",
                 remedy="Use letters of ASCII, digits and single underscores between them.",
             )
-        if not (is_prefixed and language in _PREFIXED) and (name in words or is_c_word(name)):
+        if not (is_prefixed and language in _PREFIXED) and (
+            name in words or (language not in _UNLIKE_C and is_c_word(name))
+        ):
             raise InputError(f"{what} {name!r} is a word of {language}.", remedy="Give it another name (name=...).")
+    types, others = _SPELLED.get(language, (str, str))
+    results = [f"{e.name}_result" for e in unit.entries if e.is_kernel and not result_of(e).slot]
+    _check_different([*(s.name for s in unit.structs), *results], types, "kinds or results")
+    _check_different([e.name for e in unit.entries], others, "functions")
+    for entry in unit.entries:
+        own = entry.inputs if entry.is_kernel else entry.function.parameters
+        _check_different([p.name for p in own], others, "arguments")
+        _check_different([s.name for s in entry.outputs], others, "results")
+
+
+def _check_different(names: Sequence[str], spelled: Callable[[str], str], what: str) -> None:
+    found: dict[str, str] = {}
+    for name in names:
+        other = found.setdefault(spelled(name), name)
+        if other != name:
+            raise InputError(
+                f"the {what} {other!r} and {name!r} are both {spelled(name)} there.",
+                remedy="Give one of them another name (name=...).",
+            )
 
 
 def _names(unit: Unit) -> Iterator[tuple[str, str, bool]]:

@@ -19,10 +19,8 @@ DriverText = Callable[[Unit, int], str]
 
 def run_driver(command: Sequence[str], cases: Sequence[Case], folder: Path) -> list[np.ndarray]:
     """Feed the cases to a program, and take its results."""
-    dtype = cases[0].inputs.dtype
-    (folder / "inputs.bin").write_bytes(b"".join(c.inputs.tobytes() for c in cases))
-    subprocess.run([*command, "inputs.bin", "results.bin"], cwd=folder, check=True, timeout=300)
-    found, start = np.fromfile(folder / "results.bin", dtype), 0
+    run_program(command, np.concatenate([c.inputs.ravel() for c in cases]), folder)
+    found, start = np.fromfile(folder / "results.bin", cases[0].inputs.dtype), 0
     results = []
     for case in cases:
         size = case.results.size
@@ -30,6 +28,12 @@ def run_driver(command: Sequence[str], cases: Sequence[Case], folder: Path) -> l
         start += size
     assert start == found.size
     return results
+
+
+def run_program(command: Sequence[str], inputs: np.ndarray, folder: Path) -> None:
+    """Run a program on a file of numbers; it writes a file of results."""
+    (folder / "inputs.bin").write_bytes(inputs.tobytes())
+    subprocess.run([*command, "inputs.bin", "results.bin"], cwd=folder, check=True, timeout=300)
 
 
 def input_places(entry: Entry, row: str) -> list[str]:
