@@ -9,7 +9,7 @@ from typing import Any
 from . import formulas
 from .algebra.algebra import Algebra, Kind, numbers, orthonormal, scalar_argument
 from .algebra.blades import validated_identifier
-from .algebra.loader import data_from_algebra
+from .algebra.loader import PRESETS, STOCK, algebra_from_data, data_from_algebra
 from .errors import SpecError, suggest
 from .trace.kernel import Formula, argument_names
 
@@ -131,3 +131,76 @@ def plain_kernels(dimension: int) -> list[dict[str, Any]]:
     if kinds:
         entries.append({"formula": "products.sandwich", "operands": [["even", "vector"]]})
     return entries
+
+
+@dataclass(frozen=True)
+class Omission:
+    """Names that a plain algebra is without, and why.
+
+    Attributes
+    ----------
+    what : {"kernels", "kinds"}
+    names : tuple of str
+        Kernels as in OPERATIONS.md; kinds.
+    reason : str
+    """
+
+    what: str
+    names: tuple[str, ...]
+    reason: str
+
+    def __str__(self) -> str:
+        return f"no {self.what} {', '.join(self.names)}: {self.reason}"
+
+
+def omissions(p: int, q: int, r: int) -> list[Omission]:
+    """What the folder of a plain algebra is without, of kernels and kinds that others have.
+
+    Parameters
+    ----------
+    p, q, r : int
+        As for `plain_spec`.
+    """
+    n = p + q + r
+    algebra = algebra_from_data(plain_spec(p, q, r, "plain"))
+    kinds = [kind for kind in _plain_kinds() if kind not in algebra.kinds]
+    kernels = {d.name for d in declared_kernels(algebra, plain_kernels(n))}
+    dense = tuple(d.name for d in _largest() if d.name not in kernels)
+    high, wide, other = (
+        tuple(name for name in kinds if name in group)
+        for group in (("bivector", "trivector", "quadvector"), ("even", "odd", "multivector"), ("pseudoscalar",))
+    )
+    top = next((k.name for k in algebra.kinds.values() if k.blades == ((1 << n) - 1,)), "")
+    found = [
+        Omission("kernels", dense, f"dense products in {n} dimensions have up to {4**n} terms; they run by table"),
+        Omission("kinds", high, f"grades go to {n}"),
+        Omission("kinds", other, f"that grade is called {top}"),
+        Omission(
+            "kinds", wide, f"these layouts have up to {2**n} coefficients; name the blades or grades that are meant"
+        ),
+    ]
+    return [each for each in found if each.names] + [_without_geometry(p, q, r)]
+
+
+def _plain_kinds() -> list[str]:
+    """Plain kinds of the algebras in which no name is missing."""
+    return list(algebra_from_data(plain_spec(DENSE_DIMENSION, 0, 0, "plain")).kinds)
+
+
+def _largest() -> list[Declaration]:
+    """Kernels of the largest plain algebra that has all of them."""
+    spec = plain_spec(DENSE_DIMENSION, 0, 0, "plain")
+    return declared_kernels(algebra_from_data(spec), spec["kernels"])
+
+
+def _without_geometry(p: int, q: int, r: int) -> Omission:
+    """Kinds of members that constraints single out: a signature has none, and specs of the same signature some."""
+    from .algebra.schema import load_spec, stock_spec_path
+
+    specs = [(name, load_spec(stock_spec_path(name))) for name in (*STOCK, *PRESETS)]
+    same = [(name, spec["kinds"]) for name, spec in specs if algebra_from_data(spec).signature == (p, q, r)]
+    own = {kind: None for _, kinds in same for kind, table in kinds.items() if table["constraints"]}
+    names = tuple(own) or ("rotor", "motor", "point", "line", "..")
+    where = " and ".join(f"bladesmith.{name}" for name, _ in same)
+    remedy = f"{where} {'have' if len(same) > 1 else 'has'} them" if same else "declare them in a spec, docs/specs.md"
+    return Omission("kinds", names, f"a signature does not say which members count; {remedy}")

@@ -76,6 +76,8 @@ def command(
         elif changed or gone or not update:
             _write(target, changed if update else files, gone)
             click.echo(f"wrote {target} ({len(changed)} of {len(files)} files changed)")
+    if signature is not None and not check:
+        _tell_omissions(signature)
     if differences:
         _report_outdated(differences)
     if check:
@@ -100,16 +102,29 @@ def _specs(spec: Path | None, signature: str | None, name: str | None) -> list[M
     if spec is not None:
         return [load_spec(spec)]
     if signature is not None:
-        try:
-            p, q, r = (int(part) for part in signature.split(","))
-        except ValueError:
-            raise SignatureError(f"--signature is {signature!r}; write three integers p,q,r, such as 3,0,1.") from None
+        p, q, r = _numbers(signature)
         if name == "":
             raise SignatureError("--name is empty; leave it out, or give the algebra's name.")
         if p == q == r == 0:
             raise SignatureError("--signature is 0,0,0; an algebra without vectors has nothing to generate.")
         return [plain_spec(p, q, r, name or f"cl{p}_{q}_{r}")]
     return [load_spec(stock_spec_path(stock)) for stock in STOCK]
+
+
+def _numbers(signature: str) -> tuple[int, int, int]:
+    try:
+        p, q, r = (int(part) for part in signature.split(","))
+    except ValueError:
+        raise SignatureError(f"--signature is {signature!r}; write three integers p,q,r, such as 3,0,1.") from None
+    return p, q, r
+
+
+def _tell_omissions(signature: str) -> None:
+    """Say what a plain algebra is without."""
+    from ..codegen.declarations import omissions
+
+    for each in omissions(*_numbers(signature)):
+        click.echo(f"  {each}")
 
 
 def _installed_folder() -> Path:

@@ -96,6 +96,13 @@ def test_empty_options_of_generate_are_not_taken_as_missing(arguments, says, tmp
     assert not (tmp_path / "made").exists()
 
 
+def test_a_signature_says_what_it_leaves_out(tmp_path, capsys):
+    assert main.run(["generate", "--signature", "2,0,0", "--out", str(tmp_path)]) == 0
+    wrote, *left_out = capsys.readouterr().out.splitlines()
+    assert wrote.startswith("wrote ") and "  no kinds trivector, quadvector: grades go to 2" in left_out
+    assert "rotor" in left_out[-1] and "bladesmith.vga2d has them" in left_out[-1]
+
+
 def test_pipes_and_logs_get_no_progress_bars(tmp_path, capsys):
     assert main.run(["generate", "--signature", "1,0,0", "--out", str(tmp_path)]) == 0
     assert capsys.readouterr().err == ""

@@ -16,7 +16,7 @@ from bladesmith.codegen.algebra.schema import load_spec, stock_spec_path
 from bladesmith.codegen.build.flags import compiled_files, source_hash, unit_file
 from bladesmith.codegen.build.installed import is_fresh, linked_units
 from bladesmith.codegen.compiler import bind_library
-from bladesmith.codegen.declarations import declared_kernels, plain_spec
+from bladesmith.codegen.declarations import declared_kernels, omissions, plain_spec
 from bladesmith.codegen.errors import BladesmithError, SpecError
 from bladesmith.codegen.generator import generate, generate_programs
 from bladesmith.codegen.targets.c.printer import symbol
@@ -25,6 +25,7 @@ from bladesmith.core.registry import stock_algebra
 
 GENERATED = Path(str(resources.files("bladesmith.generated")))
 TEMPLATES = Path(str(resources.files("bladesmith.templates")))
+LARGEST = algebra_from_data(plain_spec(5, 0, 0, "largest"))  # of plain algebras with all kernels
 
 
 @pytest.mark.slow
@@ -134,3 +135,27 @@ def _square(home: Any, blades: tuple[int, ...], squares: np.ndarray) -> np.ndarr
         sign = sum(w for c, w in home.product(b, b) if c == 0)
         total += float(sign) * (-1 if b.bit_count() & 2 else 1) * squares[:, j]
     return total
+
+
+@pytest.mark.parametrize("pqr", [(1, 0, 0), (2, 0, 1), (3, 1, 0), (5, 0, 0), (6, 0, 0), (9, 0, 2)], ids=str)
+def test_what_a_signature_leaves_out_is_what_is_not_there(pqr: tuple[int, int, int]) -> None:
+    """Everything that some plain algebra has is either generated or named, with its reason, and never both."""
+    spec = plain_spec(*pqr, "plain")
+    algebra = algebra_from_data(spec)
+    found = {
+        "kernels": {d.name for d in declared_kernels(algebra, spec["kernels"])},
+        "kinds": {name for name in algebra.kinds if not name.startswith("grade")},
+    }
+    *named, geometry = omissions(*pqr)
+    for what, everything in (
+        ("kernels", {d.name for d in declared_kernels(LARGEST, plain_spec(5, 0, 0, "largest")["kernels"])}),
+        ("kinds", set(LARGEST.kinds)),
+    ):
+        absent = {name for each in named if each.what == what for name in each.names}
+        assert absent | found[what] == everything and not absent & found[what]
+    assert all(each.reason for each in named) and not set(geometry.names) & found["kinds"]
+    texts = [str(each) for each in (*named, geometry)]
+    presets = {(2, 0, 1): "bladesmith.pga2d has them", (3, 1, 0): "bladesmith.cga2d has them"}
+    assert presets.get(pqr, "declare them in a spec") in texts[-1]
+    if sum(pqr) > 5:
+        assert "geometric_multivector_multivector" in texts[0] and "by table" in texts[0]
