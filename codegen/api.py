@@ -29,7 +29,7 @@ from .optimise.variants import Operations, Variant
 from .rings.protocol import NumericRing, PrecisionRing
 from .trace.calls import call_in_graph
 from .trace.declared_formula import Declared, DeclaredFormula
-from .trace.derivatives import derivative_formula, derivative_kinds
+from .trace.derivatives import derivative_formula, derivative_kinds, jacobian_formula
 from .trace.kernel import Formula, Output, coefficient_name, value_layouts
 from .trace.outputs import as_outputs
 
@@ -169,8 +169,9 @@ class KernelFunction(DeclaredFormula):
         return print_source([self.variant], target)
 
     def export(
-        self, language: str, folder: str | Path, *, name: str = "", dtype: str = "", derivatives: Sequence[str] = ()
-    ) -> list[Path]:
+        self, language: str, folder: str | Path, *, name: str = "", dtype: str = "", derivatives: Sequence[str] = (),
+        jacobians: Sequence[str] = (),
+    ) -> list[Path]:  # fmt: skip
         """Write the kernel as a source file that needs nothing of this package; see docs/export.md.
 
         Parameters
@@ -182,8 +183,8 @@ class KernelFunction(DeclaredFormula):
             Of the file, and before or around all names in it. Default: the algebra's.
         dtype : {"float64", "float32"}, optional
             Default: what is usual in the language.
-        derivatives : sequence of str, optional
-            Arguments with respect to which the forward derivative is exported, too.
+        derivatives, jacobians : sequence of str, optional
+            Arguments with respect to which the forward derivative, or all partial derivatives are exported, too.
 
         Returns
         -------
@@ -199,8 +200,8 @@ class KernelFunction(DeclaredFormula):
         from .export.export import export
 
         self._check_items("what is exported")
-        variants = [self.variant, *(self.derivative(wrt).variant for wrt in derivatives)]
-        return export(variants, language, folder, name or self.algebra.name, dtype)
+        functions = [self, *map(self.derivative, derivatives), *map(self.jacobian, jacobians)]
+        return export([f.variant for f in functions], language, folder, name or self.algebra.name, dtype)
 
     def derivative(self, wrt: str) -> KernelFunction:
         """Forward derivative with respect to one argument.
@@ -252,6 +253,26 @@ class KernelFunction(DeclaredFormula):
             r[..., 0] if k.is_scalar_argument else owner.wrap(k.layout, r) if owner and k.form == "multivector" else r
             for r, k in zip(results, self.kinds, strict=True)
         )
+
+    def jacobian(self, wrt: str) -> KernelFunction:
+        """All partial derivatives with respect to the coefficients of one argument.
+
+        The same arguments; the result is a row of numbers for each result that is no status, the derivatives of one of
+        its coefficients beside each other: ``k.jacobian("x")(x).reshape(..., outputs, inputs)``. It is traced without
+        the constraints of ``wrt``.
+        """
+        names, kinds = derivative_kinds(self.arguments, self.kinds, wrt, rows=True)
+        kind = self.kinds[self.arguments.index(wrt)]
+        blades = [
+            None if o.kind.form == "numbers" else o.kind.blades for o in self.outputs if o.role != "status"
+        ]
+        formula = jacobian_formula(self.formula, self.arguments, wrt, kind, blades)
+        formula.__doc__ = f"Derivatives of {self.name} with respect to the coefficients of {wrt}."
+        count = len(self.arguments)
+        name = shortened_identifier(f"{self.name}_jacobian_{wrt}")
+        return KernelFunction(
+            formula, kinds[:count], None, name, self.algebra, names[:count], reduce=self.reduce
+        )  # fmt: skip
 
     # -- calls ---------------------------------------------------------------------------------------------
 

@@ -13,8 +13,8 @@ from ..ir.loops.language import InOut, Int, Matrix, Out, Reals, Rows, Vector, em
 from ..ir.loops.nodes import Function
 from . import KernelSpec
 from .chains import algorithms_of as chains_of
-from .mechanisms.program import algorithms_of as mechanisms_of
 from .mechanisms.poses import HUGE, NOT_FINITE
+from .mechanisms.program import algorithms_of as mechanisms_of
 from .mechanisms.records import Cut, Driven, Link, Loop, PathStep, Shared, Sizes, Target, Tolerances
 
 

@@ -17,7 +17,7 @@ from ..errors import TraceError
 from ..rings.dual import DualRing
 from ..rings.protocol import Ring
 from .kernel import Formula, argument_names
-from .outputs import Result, as_outputs
+from .outputs import Result, as_outputs, row
 from .rows import annotation
 
 
@@ -47,6 +47,69 @@ def derivative_formula(formula: Formula, names: Sequence[str], wrt: str, is_scal
         )
 
     return derivative
+
+
+def jacobian_formula(
+    formula: Formula, names: Sequence[str], wrt: str, kind: Kind, outputs: Sequence[Sequence[int] | None]
+) -> Formula:
+    """The formula of all partial derivatives.
+
+    Parameters
+    ----------
+    formula : callable
+    names : sequence of str
+        Its arguments.
+    wrt : str
+        One of them.
+    kind : Kind
+        Of that one.
+    outputs : sequence
+        Blades of each result that is no status; None for a row of numbers.
+
+    Returns
+    -------
+    callable
+        Takes the same arguments, and returns for each result a row of numbers: its coefficients' derivatives, those of
+        one coefficient beside each other.
+    """
+    place = list(names).index(wrt)
+
+    def jacobian(*arguments: Any) -> Any:
+        own = arguments[place]
+        like = own[0] if isinstance(own, tuple) else own
+        base, ring = like.ring, DualRing(like.ring)
+        columns = []
+        for k in range(kind.size):
+            lifted = [_lift(x, ring) for x in arguments]
+            lifted[place] = _along(own, kind, k, ring)
+            found = [r for r in as_outputs(formula(*lifted)) if r.role != "status"]
+            columns.append([_tangents(r, blades, base) for r, blades in zip(found, outputs, strict=True)])
+        return tuple(
+            row([column[o][i] for i in range(len(first)) for column in columns], f"jacobian{o or ''}")
+            for o, first in enumerate(columns[0])
+        )
+
+    return jacobian
+
+
+def _along(x: Any, kind: Kind, place: int, ring: DualRing) -> Any:
+    """An argument that varies along one of its coefficients."""
+    if isinstance(x, tuple):
+        lifted = [_lift(v, ring) if k != place else _along(v, kind, -1, ring) for k, v in enumerate(x)]
+        return x._make(lifted) if hasattr(x, "_make") else tuple(lifted)
+    base, blade = x.ring, 0 if place < 0 else kind.blades[place]
+    zero, one = base.constant(Fraction(0)), base.constant(Fraction(1))
+    blades = x.algebra.order([*x.terms, blade])
+    return Multivector(x.algebra, ring, {b: (x.terms.get(b, zero), one if b == blade else None) for b in blades})
+
+
+def _tangents(result: Result, blades: Sequence[int] | None, base: Ring) -> list[Multivector]:
+    """Tangents of a result's coefficients, as scalars."""
+    found = [_tangent(v, base, whole=True) for v in result.values]
+    if blades is None:
+        return found
+    zero = base.constant(Fraction(0))
+    return [Multivector(found[0].algebra, base, {0: found[0].terms.get(b, zero)}) for b in blades]
 
 
 def tangent_formula(
@@ -127,8 +190,10 @@ def _tangent(x: Multivector, base: Ring, whole: bool = False) -> Multivector:
     return Multivector(x.algebra, base, terms)
 
 
-def derivative_kinds(names: Sequence[str], kinds: Sequence[Kind], wrt: str) -> tuple[list[str], list[Kind]]:
-    """Argument names and kinds of the derivative.
+def derivative_kinds(
+    names: Sequence[str], kinds: Sequence[Kind], wrt: str, rows: bool = False
+) -> tuple[list[str], list[Kind]]:
+    """Argument names and kinds of the derivative. ``rows``: it may be with respect to a row of numbers.
 
     Raises
     ------
@@ -138,7 +203,7 @@ def derivative_kinds(names: Sequence[str], kinds: Sequence[Kind], wrt: str) -> t
     if wrt not in names:
         raise TraceError(f"the kernel has no argument {wrt!r}; it has: {', '.join(names)}.")
     kind = kinds[list(names).index(wrt)]
-    if kind.form == "numbers":
+    if kind.form == "numbers" and not rows:
         raise TraceError(f"{wrt} is a row of numbers; derivatives are of one number or of a multivector.")
     if kind.is_scalar_argument:
         return list(names), list(kinds)

@@ -31,12 +31,15 @@ _OBJECT = re.compile(r"[\w.]+:[\w.]+")
 @click.option("--only", multiple=True, metavar="PATTERN", help="Kernels of an algebra: names with * and ?; repeatable.")
 @click.option("--derivative", "derivatives", multiple=True, metavar="ARGUMENT",
               help="Of a kernel: the forward derivative along this argument, too; repeatable.")  # fmt: skip
+@click.option("--jacobian", "jacobians", multiple=True, metavar="ARGUMENT",
+              help="Of a kernel: all partial derivatives with respect to it, too; repeatable.")  # fmt: skip
 @click.option("--tip", help="Of a robot's file: the link that is moved; default: the one behind most joints.")
 @click.option("--root", help="Of a robot's file: the link that is fixed; default: its root.")
 @options.feedback
 def command(
     source: str, language: str, out: Path, name: str | None, dtype: str | None, only: tuple[str, ...],
-    derivatives: tuple[str, ...], tip: str | None, root: str | None, feedback: options.Feedback,
+    derivatives: tuple[str, ...], jacobians: tuple[str, ...], tip: str | None, root: str | None,
+    feedback: options.Feedback,
 ) -> None:  # fmt: skip
     """Write source files that need nothing of this package.
 
@@ -47,15 +50,16 @@ def command(
     What is exported is yours, without conditions: docs/export.md.
     """
     path = Path(source)
+    own = {"--derivative": derivatives, "--jacobian": jacobians}
     with feedback.preparing(f"exporting {source}"):
         if _OBJECT.fullmatch(source) and not path.exists():
             _refuse(source, {"--only": only, "--tip": tip, "--root": root})
-            written = _export_object(source, language, out, name, dtype or "", derivatives)
+            written = _export_object(source, language, out, name, dtype or "", own)
         elif path.suffix.lower() in ROBOTS or (path.suffix == ".toml" and not _is_spec(path)):
-            _refuse(source, {"--only": only, "--derivative": derivatives})
+            _refuse(source, {"--only": only, **own})
             written = _export_robot(path, language, out, name, dtype or "", tip, root)
         else:
-            _refuse(source, {"--derivative": derivatives, "--tip": tip, "--root": root})
+            _refuse(source, {**own, "--tip": tip, "--root": root})
             written = _export_algebra(source, language, out, name, dtype or "", only, feedback)
     feedback.wrote(written)
 
@@ -92,7 +96,7 @@ def _export_algebra(
 
 
 def _export_object(
-    source: str, language: str, folder: Path, name: str | None, dtype: str, derivatives: tuple[str, ...]
+    source: str, language: str, folder: Path, name: str | None, dtype: str, derived: Mapping[str, tuple[str, ...]]
 ) -> list[Path]:
     from ..codegen.algorithm_api import CompiledAlgorithm
     from ..codegen.api import KernelFunction
@@ -106,9 +110,10 @@ def _export_object(
         sys.path.remove("")
     own: dict[str, Any] = {"name": name} if name else {}
     if isinstance(found, KernelFunction):
-        return found.export(language, folder, dtype=dtype, derivatives=derivatives, **own)
+        directions, matrices = derived["--derivative"], derived["--jacobian"]
+        return found.export(language, folder, dtype=dtype, derivatives=directions, jacobians=matrices, **own)
     if isinstance(found, CompiledAlgorithm):
-        _refuse(source, {"--derivative": derivatives})
+        _refuse(source, derived)
         return found.export(language, folder, dtype=dtype, **own)
     raise InputError("is no kernel and no algorithm.", where=source, remedy="Name one: module:name.")
 
