@@ -80,7 +80,7 @@ def jacobian_formula(
         base, ring = like.ring, DualRing(like.ring)
         columns = []
         for k in range(kind.size):
-            lifted = [_lift(x, ring) for x in arguments]
+            lifted = [lift(x, ring) for x in arguments]
             lifted[place] = _along(own, kind, k, ring)
             found = [r for r in as_outputs(formula(*lifted)) if r.role != "status"]
             columns.append([_tangents(r, blades, base) for r, blades in zip(found, outputs, strict=True)])
@@ -95,7 +95,7 @@ def jacobian_formula(
 def _along(x: Any, kind: Kind, place: int, ring: DualRing) -> Any:
     """An argument that varies along one of its coefficients."""
     if isinstance(x, tuple):
-        lifted = [_lift(v, ring) if k != place else _along(v, kind, -1, ring) for k, v in enumerate(x)]
+        lifted = [lift(v, ring) if k != place else _along(v, kind, -1, ring) for k, v in enumerate(x)]
         return x._make(lifted) if hasattr(x, "_make") else tuple(lifted)
     base, blade = x.ring, 0 if place < 0 else kind.blades[place]
     zero, one = base.constant(Fraction(0)), base.constant(Fraction(1))
