@@ -19,7 +19,15 @@ from .algebra.blades import shortened_identifier
 from .algebra.multivector import Multivector
 from .autodiff.cotangents import run_summed
 from .compiler import as_written, bind_kernel, compile_declared, optimise_quickly, print_source
-from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, ShapeError, TraceError
+from .errors import (
+    AlgebraMismatchError,
+    CompilerMissingError,
+    InputError,
+    KindError,
+    MissingExtraError,
+    ShapeError,
+    TraceError,
+)
 from .execute.arrays import BoundKernel, native_array
 from .execute.reductions.sums import run_sums, sum_items
 from .ir.graph import Graph, Node
@@ -119,6 +127,7 @@ class KernelFunction(DeclaredFormula):
         self.reduce = reduce
         self._bound: dict[tuple[str, str], Any] = {}
         self._variant: Variant | None = None
+        self._jax: Callable[..., Any] | None = None
         self._pair: Callable[[Any, Any], Any] | None = None
         self._outputs: tuple[Output, ...] = ()  # known without tracing, where the kernel was in the cache
 
@@ -273,6 +282,28 @@ class KernelFunction(DeclaredFormula):
         return KernelFunction(
             formula, kinds[:count], None, name, self.algebra, names[:count], reduce=self.reduce
         )  # fmt: skip
+
+    def jax(self) -> Callable[..., Any]:
+        """The kernel as a function of JAX arrays, for `jit`, `vmap` and derivatives of any order, forward and reverse.
+
+        It takes arrays as a call does, of float32 or float64, and returns arrays: one, or a tuple with those of
+        statuses. A call of compiled code on the host: XLA calls it directly, without copies and without Python.
+
+        Raises
+        ------
+        MissingExtraError
+            If JAX is not installed.
+        """
+        if self._jax is None:
+            try:
+                from .autodiff.jax_kernels import jax_function
+            except ModuleNotFoundError as error:
+                if not (error.name or "").startswith("jax"):
+                    raise
+                raise MissingExtraError("jax", "A function of JAX arrays") from None
+
+            self._jax = jax_function(self)
+        return self._jax
 
     # -- calls ---------------------------------------------------------------------------------------------
 

@@ -1,1 +1,1 @@
-"""Reverse derivatives of batches."""
+"""Reverse derivatives of batches, and kernels as functions of other packages' arrays."""

@@ -12,7 +12,7 @@ from ..algebra.blades import shortened_identifier, validated_identifier
 from ..errors import InputError, KindError, SignatureError, TraceError
 from ..ir.graph import Node
 from ..ir.loops.nodes import KernelSignature
-from .derivatives import directions_of, tangent_formula, unused
+from .derivatives import directions_of, restricted, tangent_formula, unused
 from .kernel import Formula, Kernel, Output, argument_names, value_layouts
 from .pullbacks import inlined, pullback_formula, roots_like
 from .reached_code import algebra_parts
@@ -148,11 +148,14 @@ class DeclaredFormula:
         """Nodes of the outputs, in the form that is printed."""
         return self.traced.roots
 
-    def along(self, varying: Sequence[str]) -> Self:
-        """The tangents of the values: the same arguments, then a direction of each that varies."""
-        key = "along", *varying
+    def along(self, varying: Sequence[str], within: bool = False) -> Self:
+        """The tangents of the values: the same arguments, then a direction of each that varies.
+
+        ``within``: on the blades of the values alone. A direction that breaks a kind's constraints may lead to others.
+        """
+        key = "within" if within else "along", *varying
         if key not in self._derived:
-            self._derived[key] = self._tangent_kernel(varying)
+            self._derived[key] = self._tangent_kernel(varying, within)
         return self._derived[key]
 
     def pullback(self, *wrt: str) -> Self:
@@ -205,13 +208,15 @@ class DeclaredFormula:
             formula, [*self.kinds, *layouts], None, name, self.algebra, names, [free[i] for i in places]
         )  # fmt: skip
 
-    def _tangent_kernel(self, varying: Sequence[str]) -> Self:
+    def _tangent_kernel(self, varying: Sequence[str], within: bool) -> Self:
         constant = [name for name in self.arguments if name not in varying]
+        layouts = value_layouts(self.outputs)
         whole = tangent_formula(self.formula, self.formula.__module__, constant, self.arguments)
 
         def tangents(*arguments: Any) -> Any:
             results = whole(*arguments)
-            return tuple(results[len(results) // 2 :])
+            found = tuple(results[len(results) // 2 :])
+            return tuple(map(restricted, found, layouts)) if within else found
 
         tangents.__doc__ = f"Tangents of {self.name}."
         tangents.__annotations__ = whole.__annotations__
@@ -219,9 +224,9 @@ class DeclaredFormula:
         by_name = dict(zip(self.arguments, self.kinds, strict=True))
         kinds = [_free(k) if n in varying else k for n, k in by_name.items()]
         names = [*self.arguments, *directions_of(order, self.arguments)]
-        name = shortened_identifier(f"{self.name}_along_{'_'.join(order)}")
+        name = shortened_identifier(f"{self.name}_{'within' if within else 'along'}_{'_'.join(order)}")
         declared = [*kinds, *(_free(by_name[n]) for n in order)]
-        return type(self)(tangents, declared, None, name, self.algebra, names, value_layouts(self.outputs))
+        return type(self)(tangents, declared, None, name, self.algebra, names, layouts)
 
 
 def _free(kind: Kind) -> Kind:

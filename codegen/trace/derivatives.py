@@ -169,6 +169,15 @@ def tangent_formula(
     return tangent
 
 
+def restricted(result: Result, layout: Kind) -> Result:
+    """A result on the blades of a layout alone."""
+    if result.is_row:
+        return result
+    x = result.value
+    terms = {b: c for b, c in x.terms.items() if b in layout.blades}
+    return Result((Multivector(x.algebra, x.ring, terms),), result.role, result.name)
+
+
 def lift(x: Any, ring: DualRing, direction: Any = None) -> Any:
     """A constant, or with a direction on the same blades a value that varies."""
     if isinstance(x, tuple):

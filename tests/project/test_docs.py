@@ -12,6 +12,8 @@ from ..support.checkout import CHECKOUT
 
 PAGES = sorted([CHECKOUT / "README.md", *(CHECKOUT / "docs").glob("*.md")])
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+#: Packages of the extra `ci` that pages show.
+_NEEDS = {"arrays.md": "jax"}
 _LINK = re.compile(r"\]\((?!https?:)([^)#]+)\)")
 
 
@@ -28,6 +30,8 @@ def blocks(page: Path, language: str) -> list[str]:
     ],
 )
 def test_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if page.name in _NEEDS:
+        pytest.importorskip(_NEEDS[page.name])
     monkeypatch.chdir(tmp_path)
     namespace: dict[str, object] = {"__name__": "example"}
     for number, text in enumerate(blocks(page, "python")):

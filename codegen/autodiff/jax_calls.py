@@ -1,0 +1,79 @@
+"""Compiled kernels as targets of XLA's foreign-function interface, with the headers that jaxlib ships."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from threading import Lock
+from typing import Any
+
+from ..build.extension import load
+from ..errors import CompileError, CompilerMissingError
+from ..execute.arrays import PLAN_INPUTS, PLAN_OUTPUTS, AddedKernel, Binding, BoundKernel
+from ..targets.c.source import ExtensionSource
+from ..targets.templates import render
+
+#: The one target: an attribute names the kernel.
+TARGET = "bladesmith_kernel"
+_DECLARATIONS = """
+void bs_jax_start(void *run, void *sums);
+int bs_jax_add(int64_t key, int kernel);
+void *bs_jax_call(void *frame);
+"""
+
+
+class Calls:
+    """The extension that XLA calls, and the kernels that it knows."""
+
+    def __init__(self) -> None:
+        import jax
+        import jaxlib
+
+        text = render("jax_calls.c.j2").replace("XLA_FFI_Error *bs_jax_call(", "void *bs_jax_call(")
+        options = (f"-I{jax.ffi.include_dir()}", f'-DBS_JAXLIB="{jaxlib.__version__}"')
+        module = load(ExtensionSource("jax_calls", _DECLARATIONS, text, {}, options))
+        self.lib, self.ffi = module.lib, module.ffi
+        self._known: dict[int, AddedKernel] = {}
+        self._lock = Lock()
+        handler = self.ffi.addressof(self.lib, "bs_jax_call")
+        jax.ffi.register_ffi_target(TARGET, jax.ffi.pycapsule(_ctypes_function(self.ffi, handler)), platform="cpu")
+
+    def key(self, kernel: BoundKernel) -> int | None:
+        """The number by which computations name a kernel, the same in each process; None if there are too many."""
+        library = kernel.library
+        if not isinstance(library, AddedKernel) or not library.unit:
+            return None
+        digest = hashlib.sha256(f"{library.symbol} {library.unit}".encode()).digest()
+        key = int.from_bytes(digest[:8], "little", signed=True)
+        with self._lock:
+            if key not in self._known:
+                pointers = [library.ffi.addressof(library.lib, name) for name in ("bs_run", "bs_run_sums")]
+                numbers = [int(library.ffi.cast("intptr_t", p)) for p in pointers]
+                self.lib.bs_jax_start(*(self.ffi.cast("void *", n) for n in numbers))
+                if not self.lib.bs_jax_add(key, kernel.index):
+                    return None
+                self._known[key] = library
+        return key
+
+
+def _ctypes_function(ffi: Any, handler: Any) -> Any:
+    import ctypes
+
+    return ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_void_p)(int(ffi.cast("intptr_t", handler)))
+
+
+@cache
+def _calls() -> Calls | None:
+    try:
+        return Calls()
+    except (CompilerMissingError, CompileError):
+        return None
+
+
+def key_of(kernel: Binding, is_single: bool) -> int | None:
+    """The number by which XLA calls a kernel; None where it is no compiled one, or no compiler is there."""
+    is_small = len(kernel.inputs) <= PLAN_INPUTS and len(kernel.outputs) <= PLAN_OUTPUTS
+    if not isinstance(kernel, BoundKernel) or not is_small or not kernel.provide(is_single):
+        return None
+    calls = _calls()
+    return calls.key(kernel) if calls else None
