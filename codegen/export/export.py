@@ -16,6 +16,7 @@ from .unit import Unit, exported_unit
 _LANGUAGES = {
     "c99": ("c99", "c99_files", ("f64", "f32")),
     "rust": ("rust", "rust_files", ("f64", "f32")),
+    "js": ("js", "js_files", ("f64",)),
 }
 #: What files can be exported in.
 LANGUAGES = tuple(_LANGUAGES)

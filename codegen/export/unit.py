@@ -12,6 +12,7 @@ from typing import Any
 
 from ..algebra.algebra import Kind
 from ..errors import InputError
+from ..ir.loops.algorithm import refusal_of_library
 from ..ir.loops.nodes import Call, For, Function, If, Intrinsic, KernelSignature, Statement, While, expressions, parts
 from ..optimise.accuracy import error_bound
 from ..optimise.variants import Variant
@@ -178,6 +179,8 @@ class _Linker:
         """The function, with those of kernels where it and what it calls have their signatures."""
         found = self.linked_functions.get(function)
         if found is None:
+            if function.is_library and not function.body:
+                raise refusal_of_library(function.name)
             found = self.linked_functions[function] = replace(function, body=self._body(function.body))
             self.linked_functions[found] = found
         return found

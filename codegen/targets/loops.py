@@ -119,7 +119,7 @@ class LoopPrinter(ABC):
     def call(self, name: str, arguments: Sequence[str]) -> str:
         """A function of numbers."""
 
-    #: How ``and``, ``or`` and ``not`` are written.
+    #: How ``and``, ``or``, ``not`` and comparisons are written.
     logical: dict[str, str]
     #: Integer operators that are functions.
     functions: frozenset[str] = frozenset()
@@ -167,7 +167,8 @@ class LoopPrinter(ABC):
             return f"({self.inside(left, ATOM)} {operator} {self.inside(right, ATOM)})", ATOM
         tightness = _TIGHTNESS[operator]
         if operator in _COMPARISONS:  # a < b < c is not (a < b) < c in Python
-            return f"{self.inside(left, _SUM)} {operator} {self.inside(right, _SUM)}", tightness
+            word = self.logical.get(operator, operator)
+            return f"{self.inside(left, _SUM)} {word} {self.inside(right, _SUM)}", tightness
         low = ATOM if operator in ("and", "or") and self._mixes(operator, left, right) else tightness
         first = self.inside(left, low)
         second = self.inside(right, low + 1 if low == tightness else low)

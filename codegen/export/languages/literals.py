@@ -117,10 +117,15 @@ class LiteralPrinter(BlockPrinter):
             else:
                 body.append(statement)
         own = result_of(entry)
-        slots = {s.name: self._slot_value(s, values[s.array]) for s in entry.outputs}
-        result = slots[own.slot.name] if own.slot else self.struct(f"{entry.name}_result", list(slots.items()))
+        slots = {self.spelled(s.name): self._slot_value(s, values[s.array]) for s in entry.outputs}
+        several = self.struct(f"{entry.name}_result", list(slots.items()))
+        result = next(iter(slots.values())) if own.slot else several
         lines = [*self._block(body, set()), *self.result(result).splitlines()]
         return [f"{self.kernel_head(entry)} {{", *self.indented(lines), "}"]
+
+    def spelled(self, name: str) -> str:
+        """The name of a result among others."""
+        return name
 
     def result(self, value: str) -> str:
         """What a kernel ends with."""
