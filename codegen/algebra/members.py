@@ -17,6 +17,8 @@ from .spec_language import evaluate
 #: A constraint holds if its value is at most this many rounding units of the sum of its terms' absolute values:
 #: room for the errors of a long chain of operations (1e-12 in double, 5e-4 in single precision).
 TOLERANCE_ULPS = 4096
+#: Sums of products of a few numbers of size 1 that are zero have less than this in single precision.
+ROUNDING = 1e-5
 
 
 class Source(Protocol):
@@ -84,14 +86,31 @@ def sample(kind: Kind, source: Source) -> Multivector:
         return total
 
     def unit(*basis: Multivector) -> Multivector:
-        """Rational point of the unit sphere: stereographic projection from -basis[0]."""
-        parameters = [scalar() for _ in basis[1:]]
+        """Rational point of the quadric x^2 = basis[0]^2: stereographic projection from -basis[0]."""
+        if not basis:
+            raise KindError("unit() has no arguments.", remedy="Name the vectors that it is made of, unit(e1, e2)")
+        first, others = basis[0], basis[1:]
+        sign = _inner(first, first)
+        if not any(_vanishes(c) for c in ((sign - 1).scalar(), (sign + 1).scalar())):
+            raise KindError(
+                "the first argument of unit(..) has a square other than 1 and -1.",
+                remedy="Begin with one that has: the result has its square, as unit(e0, e1) of spacetime has that of e0",
+            )
+        parameters = [scalar() for _ in others]
         square = like.constant(0)
-        for t in parameters:
-            square = square + t * t
-        point = (1 - square) * basis[0]
-        for t, b in zip(parameters, basis[1:], strict=True):
-            point = point + 2 * t * b
+        for i, (t, x) in enumerate(zip(parameters, others, strict=True)):
+            if not _vanishes(_inner(first, x).scalar()):
+                raise KindError(
+                    "the first argument of unit(..) is not orthogonal to the others.",
+                    remedy="Begin with one that is: unit(e1, no, ni), not unit(no + ni, no)",
+                )
+            square = square + t * t * _inner(x, x) * sign
+            for u, y in zip(parameters[:i], others[:i], strict=True):
+                if not _vanishes((inner := _inner(x, y)).scalar()):
+                    square = square + 2 * t * u * inner * sign
+        point = (1 - square) * first
+        for t, x in zip(parameters, others, strict=True):
+            point = point + 2 * t * x
         return point * reciprocal(1 + square)
 
     functions = {"scalar": scalar, "vector": vector, "unit": unit}
@@ -99,6 +118,26 @@ def sample(kind: Kind, source: Source) -> Multivector:
     if isinstance(ring, NumericRing):  # rounding errors on other blades are not part of the member
         return like.new({b: member.terms[b] for b in kind.blades if b in member.terms})
     return member
+
+
+def _inner(x: Multivector, y: Multivector) -> Multivector:
+    """(x y + y x)/2, which is a number for all arguments of unit(..)."""
+    product = (x * y + y * x) / 2
+    if not all(_vanishes(c) for blade, c in product.terms.items() if blade):
+        raise KindError(
+            "squares of sums of the arguments of unit(..) are no numbers.",
+            remedy="Give it vectors, or blades of which any two anticommute, such as e12, e13 and e23",
+        )
+    return product.grade(0)
+
+
+def _vanishes(coefficient: Any) -> bool:
+    """Whether a coefficient of the arguments of unit(..) is zero; of floating-point numbers, but for rounding."""
+    if isinstance(coefficient, tuple):  # a dual number
+        return _vanishes(coefficient[0])
+    if isinstance(coefficient, Samples):
+        return bool(np.all(coefficient.is_zero()))
+    return bool(coefficient == 0 if isinstance(coefficient, Fraction) else np.all(np.abs(coefficient) < ROUNDING))
 
 
 def residuals(kind: Kind, x: Multivector) -> list[Multivector]:
