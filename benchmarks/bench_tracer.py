@@ -24,7 +24,7 @@ from timing import Row, arguments, run_parts
 
 from bladesmith import tracer
 from bladesmith.benchmarks.studies.tracing import crowds, hits
-from bladesmith.cli.demo import demo_scene_path
+from bladesmith.cli.demo.parts import demo_scene_path
 
 WIDTH, HEIGHT = 640, 480
 #: Where the camera stands, and what it looks at.
@@ -214,7 +214,7 @@ def demo(options: argparse.Namespace) -> Iterator[Row]:
     seconds = best(lambda: scene.render(WIDTH, HEIGHT, threads=2, antialias=1), 1, 3, time.perf_counter)
     yield {"what": f"demo scene, {WIDTH} x {HEIGHT}, two threads", "ours": seconds, "unit": "s", "bar": 1}
     text = (
-        "import os, time; from bladesmith import tracer; from bladesmith.cli.demo import demo_scene_path\n"
+        "import os, time; from bladesmith import tracer; from bladesmith.cli.demo.parts import demo_scene_path\n"
         "from bladesmith.tracer.rendering.program import engine_for\n"
         "scene = tracer.Scene.load(demo_scene_path()); wanted = scene.needs\n"
         "start, before = time.perf_counter(), sum(os.times()[:4]); engine_for(wanted)\n"

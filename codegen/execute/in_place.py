@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -61,6 +61,10 @@ def read_entries(text: str) -> dict[str, Entry]:
     return found
 
 
+#: Place of a parameter, its name, type of numbers, and whether it is an array.
+Place = tuple[int, str, str, bool]
+
+
 class Kept(NamedTuple):
     """An array that stays, as a loop holds it: an argument of many calls.
 
@@ -100,8 +104,7 @@ class InPlace:
         self.entry, self.loop = entry, loop
         self._integers = lru_cache(_LAYOUTS)(loop.integers)
         found = [(kept or {}).get(name) for name, _, _ in entry.parameters]
-        self._open = [k for k, each in enumerate(found) if each is None]
-        self._parameters = [entry.parameters[k] for k in self._open]
+        self._open = [(k, *entry.parameters[k]) for k, each in enumerate(found) if each is None]
         filled = [each or Kept(None, 0) for each in found]
         self._held, self._counts, self._strides = ([each[i] for each in filled] for i in range(3))
 
@@ -126,49 +129,42 @@ class InPlace:
         each, shared : mapping of str to array or number
             Arguments as in a call: those that items have of their own, along a first axis, and those that all share.
         """
-        hold = self.loop.hold
-        held, strides, counts = arrange(self._parameters, n, each, shared, hold, self.loop.number)
-        if len(self._open) < len(self._held):
-            arranged = zip(self._open, held, strides, counts, strict=True)
-            held, strides, counts = list(self._held), list(self._strides), list(self._counts)
-            for k, own, stride, count in arranged:
-                held[k], strides[k], counts[k] = own, stride, count
+        loop, hold = self.loop, self.loop.hold
+        held, strides, counts = self._held.copy(), self._strides.copy(), self._counts.copy()
+        arrange(self._open, n, each, shared, hold, loop.number, held, strides, counts)
         returned = [np.empty(n, STORED[type]) for type in self.entry.results]
         for array in returned:
             held.append(hold(array))
             strides.append(1)
             counts.append(0)
-        run = self.loop.bind(held, self._integers(tuple(strides)), self._integers(tuple(counts)))
+        run = loop.bind(held, self._integers(tuple(strides)), self._integers(tuple(counts)))
         return Bound(run, returned)
 
 
 def arrange(
-    parameters: Sequence[tuple[str, str, bool]],
+    parameters: Iterable[Place],
     n: int,
     each: Mapping[str, Any],
     shared: Mapping[str, Any],
     hold: Callable[[Array], Any],
     number: Callable[[Any, str], Any],
-) -> tuple[list[Any], list[int], list[int]]:
-    """Arguments as they are held, numbers from item to item, and rows of arrays; see `InPlace.over`."""
-    held: list[Any] = []
-    strides, counts = [], []
-    for name, type, is_array in parameters:
-        if name in each:
-            own = each[name]
-            held.append(hold(own))
-            strides.append(own.size // n)
-            counts.append(own.shape[1] if is_array else 0)
+    held: list[Any],
+    strides: list[int],
+    counts: list[int],
+) -> None:
+    """Put arguments, as they are held, numbers from item to item, and rows of arrays where the parameters are; what
+    stays are strides of 0, and rows of what is no array. See `InPlace.over`."""
+    for k, name, type, is_array in parameters:
+        own = each.get(name)
+        if own is not None:
+            held[k], strides[k] = hold(own), own.size // n
+            if is_array:
+                counts[k] = own.shape[1]
             continue
         given = shared[name]
-        strides.append(0)
         if isinstance(given, Kept):
-            held.append(given.held)
-            counts.append(given.rows)
+            held[k], counts[k] = given.held, given.rows
         elif is_array:
-            held.append(hold(given))
-            counts.append(len(given))
+            held[k], counts[k] = hold(given), len(given)
         else:
-            held.append(number(given, type))
-            counts.append(0)
-    return held, strides, counts
+            held[k] = number(given, type)

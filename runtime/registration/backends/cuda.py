@@ -76,7 +76,11 @@ class CudaAlgorithms:
         returned = [np.empty(n, STORED[type]) for type in entry.results]
         if not n:
             return returned
-        arrays, strides, counts = arrange(entry.parameters, n, each, shared, lambda array: array, _number)
+        count = len(entry.parameters)
+        arrays: list[Any] = [None] * count
+        strides, counts = [0] * count, [0] * count
+        places = [(k, *parameter) for k, parameter in enumerate(entry.parameters)]
+        arrange(places, n, each, shared, lambda array: array, _number, arrays, strides, counts)
         read = [k for k, parameter in enumerate(entry.parameters) if parameter[0] in changed]
         read += range(len(arrays), len(arrays) + len(returned))
         strides += [1] * len(returned)
