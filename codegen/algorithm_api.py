@@ -132,7 +132,7 @@ class CompiledAlgorithm(ABC):
         return algorithm_text(function) if target == "c" else algorithm_numba(function)
 
     def export(
-        self, language: str, folder: str | Path, *arguments: Any, name: str = "", dtype: str = ""
+        self, language: str, folder: str | Path, *arguments: Any, name: str = "", dtype: str = "", split: bool = False
     ) -> list[Path]:
         """Write the function as a source file that needs nothing of this package; see docs/export.md.
 
@@ -147,6 +147,8 @@ class CompiledAlgorithm(ABC):
             Of the file, and before or around all names in it. Default: the algorithm's.
         dtype : {"float64", "float32"}, optional
             Default: what is usual in the language.
+        split : bool
+            Of C99: a header that declares the functions, and a source file that defines them.
 
         Returns
         -------
@@ -163,7 +165,9 @@ class CompiledAlgorithm(ABC):
         from .export.export import export
 
         function = self.function_for(arguments or self.declared_arguments())
-        return export([ExportedAlgorithm(self.__name__, function)], language, folder, name or self.__name__, dtype)
+        return export(
+            [ExportedAlgorithm(self.__name__, function)], language, folder, name or self.__name__, dtype, split=split
+        )
 
     def call(self, target: str, arguments: Sequence[Any]) -> Any:
         """Run compiled on arrays."""

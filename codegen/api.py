@@ -179,7 +179,7 @@ class KernelFunction(DeclaredFormula):
 
     def export(
         self, language: str, folder: str | Path, *, name: str = "", dtype: str = "", derivatives: Sequence[str] = (),
-        jacobians: Sequence[str] = (),
+        jacobians: Sequence[str] = (), split: bool = False,
     ) -> list[Path]:  # fmt: skip
         """Write the kernel as a source file that needs nothing of this package; see docs/export.md.
 
@@ -194,6 +194,8 @@ class KernelFunction(DeclaredFormula):
             Default: what is usual in the language.
         derivatives, jacobians : sequence of str, optional
             Arguments with respect to which the forward derivative, or all partial derivatives are exported, too.
+        split : bool
+            Of C99: a header that declares the functions, and a source file that defines them.
 
         Returns
         -------
@@ -210,7 +212,7 @@ class KernelFunction(DeclaredFormula):
 
         self._check_items("what is exported")
         functions = [self, *map(self.derivative, derivatives), *map(self.jacobian, jacobians)]
-        return export([f.variant for f in functions], language, folder, name or self.algebra.name, dtype)
+        return export([f.variant for f in functions], language, folder, name or self.algebra.name, dtype, split=split)
 
     def derivative(self, wrt: str) -> KernelFunction:
         """Forward derivative with respect to one argument.

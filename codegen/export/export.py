@@ -10,11 +10,13 @@ from ..errors import InputError
 from ..optimise.variants import Variant
 from .bound import ExportedAlgorithm
 from .names import check_names
-from .unit import Unit, exported_unit
+from .unit import exported_unit
 
 #: Languages by what users call them: the module of `languages` that prints them, the function, precisions.
 _LANGUAGES = {
     "c99": ("c99", "c99_files", ("f64", "f32")),
+    "cpp": ("cpp", "cpp_files", ("f64", "f32")),
+    "glsl": ("glsl", "glsl_files", ("f32",)),
     "rust": ("rust", "rust_files", ("f64", "f32")),
     "js": ("js", "js_files", ("f64",)),
 }
@@ -29,6 +31,8 @@ def export(
     folder: str | Path,
     name: str,
     dtype: str = "",
+    *,
+    split: bool = False,
 ) -> list[Path]:
     """Write kernels and algorithms as source files of a language.
 
@@ -42,7 +46,9 @@ def export(
     name : str
         Of the files, and before or around all names in them.
     dtype : {"", "float64", "float32"}
-        Of the numbers. Default: what is usual in the language.
+        Of the numbers. Default: what is usual in the language. C++ has templates for both.
+    split : bool
+        Of C99: a header that declares the functions, and a source file that defines them; else one header is all.
 
     Returns
     -------
@@ -55,7 +61,7 @@ def export(
         If there is no such language or precision, two functions have one name, or a name cannot be one there. Nothing
         has been written then.
     """
-    texts = export_texts(items, language, name, dtype)
+    texts = export_texts(items, language, name, dtype, split=split)
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     paths = []
@@ -69,7 +75,7 @@ def export(
 
 
 def export_texts(
-    items: Sequence[Variant | ExportedAlgorithm], language: str, name: str, dtype: str = ""
+    items: Sequence[Variant | ExportedAlgorithm], language: str, name: str, dtype: str = "", *, split: bool = False
 ) -> Mapping[str, str]:
     """The files of `export`, by name."""
     if language not in _LANGUAGES:
@@ -79,7 +85,9 @@ def export_texts(
     if precision not in precisions:
         known = ", ".join(d for d, p in _PRECISIONS.items() if p in precisions)
         raise InputError(f"{language} has no numbers of type {dtype!r}.", remedy=f"There are: {known}.")
+    if split and language != "c99":
+        raise InputError(f"{language} has no header apart from its functions.", remedy="Leave split to c99.")
     unit = exported_unit(name, items, precision)
     check_names(unit, language)
-    files: Callable[[Unit], Mapping[str, str]] = getattr(import_module(f".languages.{module}", __package__), function)
-    return files(unit)
+    files: Callable[..., Mapping[str, str]] = getattr(import_module(f".languages.{module}", __package__), function)
+    return files(unit, split=True) if split else files(unit)

@@ -11,8 +11,15 @@ from .unit import Unit
 _WIDTH = 112
 
 
-def header_lines(unit: Unit) -> list[str]:
-    """Lines of the comment at the beginning of a file."""
+#: What most languages promise of numbers.
+SAME_BITS = (
+    "The same numbers give the same bits in every language and on every machine, but for those of a NaN, where "
+    "products and sums are not contracted (gcc, clang: -ffp-contract=off) and not reordered (no -ffast-math)."
+)
+
+
+def header_lines(unit: Unit, arithmetic: str = SAME_BITS) -> list[str]:
+    """Lines of the comment at the beginning of a file; ``arithmetic``: what is said of its numbers."""
     codes = ", ".join(f"{code.value} {code.name}" for code in Status)
     has_status = any(s.is_status for e in unit.entries for s in e.outputs)
     count = len(unit.entries)
@@ -21,8 +28,7 @@ def header_lines(unit: Unit) -> list[str]:
         "This text is yours: use, change and pass it on as you like, without conditions "
         "(SPDX-License-Identifier: 0BSD).",
         "",
-        "The same numbers give the same bits in every language and on every machine, but for those of a NaN, where "
-        "products and sums are not contracted (gcc, clang: -ffp-contract=off) and not reordered (no -ffast-math).",
+        arithmetic,
         "Angles are in radians, lengths in whatever unit the arguments have. Coefficients stand in the order of the "
         "fields; s is the scalar, e12 that of the blade e12.",
     ]

@@ -12,8 +12,16 @@ from .places import result_of
 from .unit import Unit
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*")
+_INNER_NAME = re.compile(f"{_NAME.pattern}_?")
+#: What has a name that others begin or end with.
+_OUTER = ("the name", "the kind", "the function")
 #: Words that cannot be names, beside those of C and C++.
 _WORDS = {
+    "cpp": """
+        bitand bitor char8_t char16_t char32_t co_await co_return co_yield compl concept consteval constexpr constinit
+        const_cast decltype dynamic_cast final import module noexcept not_eq nullptr or_eq override reinterpret_cast
+        requires static_assert static_cast thread_local typeid xor_eq std main
+    """,
     "rust": """
         abstract as async await become box break const continue crate do dyn else enum extern false final fn for gen if
         impl in let loop macro match mod move mut override priv pub ref return self Self static struct super trait true
@@ -25,14 +33,23 @@ _WORDS = {
         public return static super switch this throw true try typeof undefined var void while with yield
     """,
     "glsl": """
-        active asm attribute buffer cast centroid common discard dvec2 dvec3 dvec4 external filter fixed flat half highp
-        hvec2 hvec3 hvec4 in inout input invariant ivec2 ivec3 ivec4 layout lowp main mat2 mat3 mat4 mediump noinline
-        noperspective out output packed partition patch precise precision resource sample sampler1D sampler2D sampler3D
-        shared smooth subroutine superp texture uniform unsigned uvec2 uvec3 uvec4 varying vec2 vec3 vec4 writeonly
+        active asm atomic_uint attribute buffer bvec2 bvec3 bvec4 cast centroid coherent common demote discard dmat2
+        dmat3 dmat4 dvec2 dvec3 dvec4 external filter fixed flat half highp hvec2 hvec3 hvec4 image1D image2D image3D
+        imageBuffer imageCube in inout input invariant isampler2D isampler3D isamplerCube ivec2 ivec3 ivec4 layout lowp
+        main mat2 mat2x2 mat2x3 mat2x4 mat3 mat3x2 mat3x3 mat3x4 mat4 mat4x2 mat4x3 mat4x4 mediump noinline
+        noperspective out output packed partition patch precise precision readonly resource sample sampler1D sampler2D
+        sampler2DRect sampler2DShadow sampler3D sampler3DRect samplerBuffer samplerCube samplerCubeShadow shared smooth
+        subroutine superp texture uint uniform usampler2D usampler3D usamplerCube uvec2 uvec3 uvec4 varying vec2 vec3
+        vec4 writeonly
     """,
 }
 #: Languages in which functions have the file's name before theirs: there they may be called as a word.
 _PREFIXED = ("c99", "glsl")
+#: Languages in which blades, arguments and results get an underscore where they are called as a word.
+_RENAMED = ("glsl",)
+#: Names of the files' own functions, where types and functions have one space of names.
+_HELPERS = ("quotient", "remainder", "min", "max", "imin", "imax", "iabs")
+_OWN = {"c99": _HELPERS, "glsl": _HELPERS, "cpp": ("detail",)}
 #: Languages whose words are not those of C besides.
 _UNLIKE_C = ("rust", "js")
 
@@ -56,7 +73,7 @@ def lower_camel_case(name: str) -> str:
 
 #: How a language writes types and other names, where not as they are.
 _SPELLED: dict[str, tuple[Callable[[str], str], Callable[[str], str]]] = {
-    "rust": (camel_case, str), "js": (camel_case, lower_camel_case),
+    "cpp": (camel_case, str), "rust": (camel_case, str), "js": (camel_case, lower_camel_case),
 }  # fmt: skip
 
 
@@ -69,19 +86,23 @@ def check_names(unit: Unit, language: str) -> None:
     """
     words = language_words(language)
     for what, name, is_prefixed in _names(unit):
-        if not _NAME.fullmatch(name):
+        if not (_NAME if what.startswith(_OUTER) else _INNER_NAME).fullmatch(name):
             raise InputError(
                 f"{what} {name!r} cannot be exported.",
                 remedy="Use letters of ASCII, digits and single underscores between them.",
             )
-        if not (is_prefixed and language in _PREFIXED) and (
-            name in words or (language not in _UNLIKE_C and is_c_word(name))
-        ):
+        is_safe = language in (_PREFIXED if is_prefixed else () if what.startswith(_OUTER) else _RENAMED)
+        if not is_safe and (name in words or (language not in _UNLIKE_C and is_c_word(name))):
             raise InputError(f"{what} {name!r} is a word of {language}.", remedy="Give it another name (name=...).")
     types, others = _SPELLED.get(language, (str, str))
     results = [f"{e.name}_result" for e in unit.entries if e.is_kernel and not result_of(e).slot]
     _check_different([*(s.name for s in unit.structs), *results], types, "kinds or results")
     _check_different([e.name for e in unit.entries], others, "functions")
+    if language in _OWN:
+        taken = {*_OWN[language], *(types(s.name) for s in unit.structs), *map(types, results)}
+        for name in (e.name for e in unit.entries):
+            if name in taken or (language in _PREFIXED and name.startswith("math_")):
+                raise InputError(f"the name of the function {name!r} is taken there.", remedy="Give it another name.")
     for entry in unit.entries:
         own = entry.inputs if entry.is_kernel else entry.function.parameters
         _check_different([p.name for p in own], others, "arguments")

@@ -6,14 +6,26 @@ import ast
 import inspect
 import re
 import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from ..algebra.algebra import Kind
 from ..errors import InputError
 from ..ir.loops.algorithm import refusal_of_library
-from ..ir.loops.nodes import Call, For, Function, If, Intrinsic, KernelSignature, Statement, While, expressions, parts
+from ..ir.loops.nodes import (
+    Binary,
+    Call,
+    For,
+    Function,
+    If,
+    Intrinsic,
+    KernelSignature,
+    Statement,
+    While,
+    expressions,
+    parts,
+)
 from ..optimise.accuracy import error_bound
 from ..optimise.variants import Variant
 from ..targets.elementary import FAR_OR_NEAR
@@ -102,7 +114,13 @@ class Unit:
     def intrinsics(self) -> frozenset[str]:
         """Functions of numbers that occur, for which a language has names or texts."""
         own = [*self.functions, *(e.function for e in self.entries), *self.mathematics]
-        return frozenset(p.name for f in own for p in _intrinsics(f))
+        return frozenset().union(*(own_intrinsics(f) for f in own))
+
+    def in_precision(self, precision: str) -> Unit:
+        """The same with the elementary functions of another precision."""
+        return replace(
+            self, precision=precision, mathematics=tuple(elementary_functions(self.intrinsics & ELEMENTARY, precision))
+        )
 
     @property
     def is_reduced_far(self) -> bool:
@@ -130,23 +148,30 @@ def exported_unit(name: str, items: Sequence[Variant | ExportedAlgorithm], preci
         entries[entry.name] = entry
     own = [e.function for e in entries.values()]
     called, _ = in_calling_order([linker.linked(f) for f in own])
-    inner = {f.name for e in own for f in _deep_callees(e)}
+    inner = {f.name for e in own for f in deep_callees(e)}
     functions = tuple(f for f in called if f.name in inner)
     tables = {t.name: t for i in items if isinstance(i, ExportedAlgorithm) for t in i.tables}
-    used = {part.name for f in called for part in _intrinsics(f)} & ELEMENTARY
+    used = frozenset().union(*(own_intrinsics(f) for f in called)) & ELEMENTARY
     return Unit(
         name, precision, tuple(structs.values()), tuple(tables.values()), functions, tuple(entries.values()),
         tuple(elementary_functions(used, precision)),
     )  # fmt: skip
 
 
-def _intrinsics(function: Function) -> Iterator[Intrinsic]:
-    for statement in function.walk():
-        for expression in expressions(statement):
-            yield from (part for part in parts(expression) if isinstance(part, Intrinsic))
+def intrinsics_of(function: Function) -> frozenset[str]:
+    """Functions of numbers that a function needs, or one that it calls."""
+    return frozenset().union(*(own_intrinsics(f) for f in (function, *deep_callees(function))))
 
 
-def _deep_callees(function: Function) -> list[Function]:
+def own_intrinsics(function: Function) -> frozenset[str]:
+    """Functions of numbers, and operators of integers with a function behind them, that a function itself calls."""
+    found = [p for s in function.walk() for e in expressions(s) for p in parts(e)]
+    names = {p.name for p in found if isinstance(p, Intrinsic)}
+    return frozenset(names | {p.operator for p in found if isinstance(p, Binary) and p.operator in ("//", "%")})
+
+
+def deep_callees(function: Function) -> list[Function]:
+    """What a function calls, and what these call."""
     found: dict[Function, None] = {}
     waiting = [function]
     while waiting:

@@ -18,7 +18,7 @@ MOST = {
     "c/programs/tracer": 6,
     "c/programs/tracer/acceleration": 50,
     "cuda": 12,
-    "export": 46,
+    "export": 52,
     "jax": 9,
     "numba": 2,
 }

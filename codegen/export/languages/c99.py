@@ -2,49 +2,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from ...ir.loops.types import BOOL, INT
 from ...targets.templates import render
 from ..unit import Unit
 from .c_family import ExportPrinter, file_values
+from .notation import Notation
 
 
 class C99Printer(ExportPrinter):
     """Functions of C99."""
 
+    language = "cpp"  # headers may be included there, too
     types = {INT: "int64_t", BOOL: "int"}
 
-    def call(self, name: str, arguments: Sequence[str]) -> str:
-        joined = ", ".join(arguments)
-        match name:
-            case "epsilon":
-                return "2.220446049250313e-16" if self.precision == "f64" else "1.1920928955078125e-07f"
-            case "largest":
-                return "1.7976931348623157e+308" if self.precision == "f64" else "3.4028234663852886e+38f"
-            case "sqrt" | "abs":
-                function = {"sqrt": "sqrt", "abs": "fabs"}[name]
-                return f"{function}{'' if self.precision == 'f64' else 'f'}({joined})"
-            case "real":
-                return f"({self.real})({joined})"
-            case "int":
-                return f"(int64_t)({joined})"
-            case "any":
-                return f"({joined})"
-            case "<<":
-                return f"(int64_t)((uint64_t)({arguments[0]}) << ({arguments[1]}))"
-            case "//" | "%" | "min" | "max" | "imin" | "imax" | "iabs":
-                return f"{self.symbol({'//': 'quotient', '%': 'remainder'}.get(name, name))}({joined})"
-            case _:
-                return f"{self.symbol(self.mathematics + name)}({joined})"
+
+class _DeclaredPrinter(C99Printer):
+    """Functions of a source file: those for users are declared in a header."""
+
+    kernel_storage = "extern"
+
+    @property
+    def storage(self) -> str:  # type: ignore[override]
+        own = [e.function for e in self.unit.entries if not e.is_kernel]
+        return "extern" if self.function in own else "static inline"
 
 
-def c99_files(unit: Unit) -> Mapping[str, str]:
+def c99_files(unit: Unit, split: bool = False) -> Mapping[str, str]:
     """The header.
+
+    Parameters
+    ----------
+    unit : Unit
+    split : bool
+        The header declares, and a source file defines.
 
     Returns
     -------
     mapping of str to str
         File name to text.
     """
-    return {f"{unit.name}.h": render("c99.h.j2", **file_values(unit, C99Printer))}
+    bits = 64 if unit.precision == "f64" else 32
+    real = "double" if bits == 64 else "float"
+    notation = Notation(
+        bits, real, f"int{bits}_t", f"uint{bits}_t", "int", "int64_t", "uint64_t", "static inline ", "static inline ",
+        prefix=f"{unit.name}_{C99Printer.mathematics}", name=f"{unit.name}_", suffix="" if bits == 64 else "f",
+    )  # fmt: skip
+    values = {**file_values(unit, _DeclaredPrinter if split else C99Printer), "l": notation, "is_split": split}
+    files = {f"{unit.name}.h": render("c99.h.j2", **values)}
+    return {**files, f"{unit.name}.c": render("c99.c.j2", **values)} if split else files

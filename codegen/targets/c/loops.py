@@ -42,6 +42,8 @@ class CLoopPrinter(BlockPrinter):
     functions = frozenset(("//", "%", "<<"))
     #: Types of numbers, and of integers of arrays by the bits in which they are stored.
     types, stored = TYPES, STORED
+    #: Before the type of a number that is assigned once.
+    constant_word = "const "
     #: How functions of numbers are called.
     number_functions = _FUNCTIONS
 
@@ -59,14 +61,18 @@ class CLoopPrinter(BlockPrinter):
         return c_name(name)
 
     def count(self, array: Array) -> str:
-        return f"{c_name(array.name)}_count_"
+        return f"{self.variable(array.name)}_count_"
 
     def load(self, array: Array, index: Expression) -> str:
         element = self.element(array, index)
-        return element if array.type.bits == 64 else f"({self.types[INT]}){element}"
+        return element if array.type.bits == 64 else self.cast(self.types[INT], element)
 
     def element(self, array: Array, index: Expression) -> str:
-        return f"{c_name(array.name)}[{self.text(index)}]"
+        return f"{self.variable(array.name)}[{self.text(index)}]"
+
+    def cast(self, type: str, text: str) -> str:
+        """A number in another type."""
+        return f"({type}){text}"
 
     def select(self, condition: str, yes: str, no: str) -> str:
         return f"{condition} ? {yes} : {no}"
@@ -84,7 +90,7 @@ class CLoopPrinter(BlockPrinter):
 
     def view(self, view: View) -> str:
         offset = self.text(view.offset)
-        name = c_name(view.array.name)
+        name = self.variable(view.array.name)
         return name if offset == "0" else f"{name} + {self.inside(view.offset, 6)}"
 
     # -- what differs where several items are computed at once (see lanes.py) ------------------------------------------
@@ -113,6 +119,36 @@ class CLoopPrinter(BlockPrinter):
         """What a function of this name, which C can have, is called."""
         return f"FN({name})"
 
+    def called(self, function: Function) -> str:
+        """How a function is written where it is called."""
+        return self.symbol(self.function_name(function))
+
+    def default_storage(self) -> str:
+        """What stands before a function."""
+        return "BS_INLINE" if self.function.is_inline else "BS_OUTLINED"
+
+    def unused(self, names: Iterable[str]) -> list[str]:
+        """Statements that use parameters which the function does not."""
+        return [f"(void){self.variable(name)};" for name in names if name not in self._used]
+
+    def result_parameter(self, k: int) -> str:
+        """Declaration of the place of one of several results."""
+        return f"{self.result_type(k)} *result{k}_"
+
+    def result_place(self, k: int) -> str:
+        """The place of one of several results, inside the function."""
+        return f"*result{k}_"
+
+    def result_argument(self, variable: Variable) -> str:
+        """Where a function that is called puts one of several results."""
+        return f"&{self.variable(variable.name)}"
+
+    def array_parameter(self, parameter: Parameter, type: str, length: str) -> str:
+        """Declaration of an array that the function takes; ``length``: empty where it is not known."""
+        const = "const " if parameter.access == "in" else ""
+        name = self.variable(parameter.name)
+        return f"{const}{type} {name}{length}" if length else f"{const}{type} *{name}"
+
     def array_length(self, size: int) -> str:
         """Behind the name of an array that a function takes."""
         return f"[BS_LENGTH({size})]"
@@ -128,8 +164,7 @@ class CLoopPrinter(BlockPrinter):
         """The function, with its comment."""
         function = self.function
         note = comment_text(function.note)
-        unused = [f"(void){c_name(p.name)};" for p in function.parameters if p.name not in self._used]
-        body = self.indented([*unused, *self._body()])
+        body = self.indented([*self.unused(p.name for p in function.parameters), *self._body()])
         return [f"/* {note} */", *self.head(storage), "{", *body, "}"]
 
     def head(self, storage: str = "", end: str = ")") -> list[str]:
@@ -138,42 +173,41 @@ class CLoopPrinter(BlockPrinter):
         result = self.result_type(0) if len(function.results) == 1 else "void"
         parameters = [text for p in function.parameters for text in self._parameter(p)]
         if len(function.results) > 1:
-            parameters += [f"{self.result_type(k)} *result{k}_" for k in range(len(function.results))]
-        storage = storage or ("BS_INLINE" if function.is_inline else "BS_OUTLINED")
+            parameters += [self.result_parameter(k) for k in range(len(function.results))]
         name = self.function_name(function)
-        return wrap_arguments(f"{storage} {result} {self.symbol(name)}(", parameters or ["void"], end)
+        head = f"{storage or self.default_storage()} {result} {self.symbol(name)}(".lstrip()
+        return wrap_arguments(head, parameters or ["void"], end)
 
     def _parameter(self, parameter: Parameter) -> list[str]:
-        name = c_name(parameter.name)
+        name = self.variable(parameter.name)
         if not isinstance(parameter.type, ArrayType):
             assert isinstance(parameter.type, Scalar)
             return [f"{self.type_of(parameter.name, parameter.type)} {name}"]
-        const = "const " if parameter.access == "in" else ""
         type = self.stored_type(Array(parameter.name, parameter.type))
-        if parameter.type.is_open:
-            count = [f"{self.types[INT]} {name}_count_"] if parameter.name in counted(self.function) else []
-            return [f"{const}{type} *{name}", *count]
-        return [f"{const}{type} {name}{self.array_length(parameter.type.size)}"]
+        if not parameter.type.is_open:
+            return [self.array_parameter(parameter, type, self.array_length(parameter.type.size))]
+        count = [f"{self.types[INT]} {name}_count_"] if parameter.name in counted(self.function) else []
+        return [self.array_parameter(parameter, type, ""), *count]
 
     # -- statements ----------------------------------------------------------------------------------------------------
 
     def declaration(self, variable: Variable) -> str:
-        return f"{self.type_of(variable.name, variable.type)} {c_name(variable.name)};"
+        return f"{self.type_of(variable.name, variable.type)} {self.variable(variable.name)};"
 
     def definition(self, variable: Variable, value: str, is_constant: bool) -> str:
         type = self.type_of(variable.name, variable.type)
-        return f"{'const ' if is_constant else ''}{type} {c_name(variable.name)} = {value};"
+        return f"{self.constant_word if is_constant else ''}{type} {self.variable(variable.name)} = {value};"
 
     def allocation(self, array: Array, is_zero: bool) -> list[str]:
         zero = " = {0}" if is_zero else ""
-        return [f"{self.type_of(array.name, array.type.scalar)} {c_name(array.name)}[{array.type.size}]{zero};"]
+        return [f"{self.type_of(array.name, array.type.scalar)} {self.variable(array.name)}[{array.type.size}]{zero};"]
 
     def stored_value(self, array: Array, value: Expression) -> str:
         cast, text = self.stored.get(array.type.bits), self.value_for(array.name, value)
-        return f"({cast})({text})" if cast else text
+        return self.cast(cast, f"({text})") if cast else text
 
     def for_head(self, loop: For) -> str:
-        name = c_name(loop.variable.name)
+        name = self.variable(loop.variable.name)
         compare = "<" if loop.step > 0 else ">"
         change = {1: f"{name}++", -1: f"{name}--"}.get(loop.step, f"{name} += {loop.step}")
         bounds = f"{name} = {self.text(loop.start)}; {name} {compare} {self.inside(loop.stop, 6)}"
@@ -182,7 +216,7 @@ class CLoopPrinter(BlockPrinter):
     def return_lines(self, values: Sequence[Expression]) -> list[str]:
         if len(values) == 1:
             return [f"return {self.returned(0, values[0])};"]
-        return [*(f"*result{k}_ = {self.returned(k, v)};" for k, v in enumerate(values)), "return;"]
+        return [*(f"{self.result_place(k)} = {self.returned(k, v)};" for k, v in enumerate(values)), "return;"]
 
     def _call_lines(self, call: Call, declared: set[str]) -> list[str]:
         arguments: list[str] = []
@@ -193,19 +227,15 @@ class CLoopPrinter(BlockPrinter):
                 arguments.append(self.text(each.rows))
         if isinstance(call.callee, KernelSignature):
             return [*before, *wrap_arguments(f"{self.symbol(call.callee.symbol)}(", arguments, ");")]
-        lines = [
-            f"{self.type_of(r.name, r.type)} {c_name(r.name)};"
-            for r in call.results
-            if r.name not in declared and len(call.results) > 1
-        ]
-        name = f"{self.symbol(self.function_name(call.callee))}("
+        lines = [self.declaration(r) for r in call.results if r.name not in declared and len(call.results) > 1]
+        name = f"{self.called(call.callee)}("
         if len(call.results) == 1 and len(call.callee.results) == 1:
             result = call.results[0]
             if result.name not in self._read:
                 return [*before, *wrap_arguments(name, arguments, ");")]
-            prefix = "" if result.name in declared else f"const {self.type_of(result.name, result.type)} "
-            return [*before, *wrap_arguments(f"{prefix}{c_name(result.name)} = {name}", arguments, ");")]
-        arguments += [f"&{c_name(r.name)}" for r in call.results]
+            prefix = "" if result.name in declared else f"{self.constant_word}{self.type_of(result.name, result.type)} "
+            return [*before, *wrap_arguments(f"{prefix}{self.variable(result.name)} = {name}", arguments, ");")]
+        arguments += [self.result_argument(r) for r in call.results]
         return [*before, *lines, *wrap_arguments(name, arguments, ");")]
 
 

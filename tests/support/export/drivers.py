@@ -8,11 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
+from bladesmith.codegen.export.names import camel_case
 from bladesmith.codegen.export.places import result_of
 from bladesmith.codegen.export.unit import Entry, Slot, Unit
 
 from .stock import Case
 
+#: For gcc and clang: none is to be seen.
+WARNINGS = ("-pedantic", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Werror")
 #: From a unit to the program's text.
 DriverText = Callable[[Unit, int], str]
 
@@ -63,9 +66,31 @@ def _places(slot: Slot, name: str) -> list[str]:
 
 def c_driver(unit: Unit, count: int) -> str:
     """A program of C for `run_driver`."""
-    real = "double" if unit.precision == "f64" else "float"
-    p = unit.name
-    lines = [f'#include "{p}.h"', "#include <stdio.h>", "int main(int count, char **names)", "{"]
+    return c_program(unit, count, f'#include "{unit.name}.h"', prefixed(unit), prefixed(unit))
+
+
+def cpp_driver(unit: Unit, count: int) -> str:
+    """A program of C++ for `run_driver`."""
+    real = _real(unit)
+    return c_program(
+        unit, count, f'#include "{unit.name}.hpp"', lambda name: f"{unit.name}::{camel_case(name)}<{real}>",
+        lambda name: f"{unit.name}::{name}",
+    )  # fmt: skip
+
+
+def prefixed(unit: Unit) -> Callable[[str], str]:
+    """What C and GLSL call a function or a struct."""
+    return lambda name: f"{unit.name}_{name}"
+
+
+def _real(unit: Unit) -> str:
+    return "double" if unit.precision == "f64" else "float"
+
+
+def c_program(unit: Unit, count: int, text: str, struct: Callable[[str], str], function: Callable[[str], str]) -> str:
+    """A program in what C and C++ share, after a text; ``struct``, ``function``: what these are called there."""
+    real = _real(unit)
+    lines = [text, "#include <stdio.h>", "int main(int count, char **names)", "{"]
     lines += ["  (void)count;", '  FILE *in = fopen(names[1], "rb"), *out = fopen(names[2], "wb");']
     for entry in unit.entries:
         size = sum(slot.size or 1 for slot in entry.inputs)
@@ -74,15 +99,15 @@ def c_driver(unit: Unit, count: int) -> str:
         lines += [f"    if (fread(x, sizeof(x[0]), {size}, in) != {size}) return 1;"]
         arguments = []
         for k, (slot, text) in enumerate(zip(entry.inputs, input_places(entry, "x"), strict=True)):
-            kind = f"{p}_{slot.struct.name}" if slot.struct else real
+            kind = struct(slot.struct.name) if slot.struct else real
             length = f"[{slot.size}]" if slot.size and not slot.struct else ""
             lines.append(f"    {kind} a{k}{length} = {text};")
             arguments.append(f"a{k}")
         own = result_of(entry)
-        kind = f"{p}_{entry.name}_result"
+        kind = struct(f"{entry.name}_result")
         if own.slot:
-            kind = f"{p}_{own.slot.struct.name}" if own.slot.struct else real
-        lines.append(f"    {kind} r = {p}_{entry.name}({', '.join(arguments)});")
+            kind = struct(own.slot.struct.name) if own.slot.struct else real
+        lines.append(f"    {kind} r = {function(entry.name)}({', '.join(arguments)});")
         lines += [f"    y[{k}] = ({real}){place};" for k, place in enumerate(places)]
         lines += [f"    fwrite(y, sizeof(y[0]), {len(places)}, out);", "  }"]
     return "\n".join([*lines, "  return fclose(out) != 0;", "}", ""])

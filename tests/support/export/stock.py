@@ -22,6 +22,9 @@ from bladesmith.codegen.optimise.variants import Variant
 from bladesmith.codegen.targets.c.printer import symbol
 from bladesmith.core.registry import stock_algebra
 
+from ..effort import FULL
+
+ALGEBRAS = ("pga3d", "cga2d", "cga3d")
 #: Numbers that any coefficient may be.
 SPECIAL = (
     0.0, -0.0, 1.0, -1.0, 5e-324, 1e-310, 2.2250738585072014e-308, 1e-200, 1e200, 1.7976931348623157e308,
@@ -43,6 +46,11 @@ def modules(algebra: str) -> dict[str, list[Any]]:
     """Declared kernels by module of formulas."""
     spec = load_spec(stock_spec_path(algebra))
     return by_module(declared_kernels(algebra_from_data(spec), spec["kernels"]))
+
+
+def exported_modules() -> list[tuple[str, str]]:
+    """Algebras and modules that are tested: one that has all that there is, or all of them."""
+    return [(a, m) for a in ALGEBRAS for m in modules(a)] if FULL else [("pga3d", "poses")]
 
 
 def module_variants(algebra: str, module: str) -> list[Variant]:
