@@ -24,9 +24,9 @@ from .errors import (
     CompilerMissingError,
     InputError,
     KindError,
-    MissingExtraError,
     ShapeError,
     TraceError,
+    needed,
 )
 from .execute.arrays import BoundKernel, native_array
 from .execute.reductions.sums import run_sums, sum_items
@@ -128,6 +128,7 @@ class KernelFunction(DeclaredFormula):
         self._bound: dict[tuple[str, str], Any] = {}
         self._variant: Variant | None = None
         self._jax: Callable[..., Any] | None = None
+        self._torch: Callable[..., Any] | None = None
         self._pair: Callable[[Any, Any], Any] | None = None
         self._outputs: tuple[Output, ...] = ()  # known without tracing, where the kernel was in the cache
 
@@ -297,15 +298,27 @@ class KernelFunction(DeclaredFormula):
             If JAX is not installed.
         """
         if self._jax is None:
-            try:
+            with needed("jax", "A function of JAX arrays"):
                 from .autodiff.jax_kernels import jax_function
-            except ModuleNotFoundError as error:
-                if not (error.name or "").startswith("jax"):
-                    raise
-                raise MissingExtraError("jax", "A function of JAX arrays") from None
-
             self._jax = jax_function(self)
         return self._jax
+
+    def torch(self) -> Callable[..., Any]:
+        """The kernel as a function of PyTorch tensors, for gradients of any order: a custom operator.
+
+        It takes tensors on the host as a call does, of float32 or float64, and returns tensors: one, or a tuple with
+        those of statuses. Tensors are passed without copies where they are contiguous.
+
+        Raises
+        ------
+        MissingExtraError
+            If PyTorch is not installed.
+        """
+        if self._torch is None:
+            with needed("torch", "A function of PyTorch tensors"):
+                from .autodiff.torch_kernels import torch_function
+            self._torch = torch_function(self)
+        return self._torch
 
     # -- calls ---------------------------------------------------------------------------------------------
 

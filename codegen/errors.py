@@ -7,7 +7,8 @@ names as `bladesmith.errors`. A message says what is wrong, where, and what to d
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from reprlib import repr as shortened
 from typing import Any
@@ -272,6 +273,17 @@ class MissingExtraError(BladesmithError, ImportError):
         self.extra = extra
         remedy = f"Run: pip install 'bladesmith[{extra}]'"
         super().__init__(f"{purpose} needs the extra {extra!r}", remedy=remedy)
+
+
+@contextmanager
+def needed(package: str, purpose: str) -> Iterator[None]:
+    """Around imports of what needs a package: where it is not installed, its extra, of the same name, is named."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in (package, f"{package}lib"):
+            raise
+        raise MissingExtraError(package, purpose) from None
 
 
 __all__ = [

@@ -26,7 +26,7 @@ MACHINE_LACKS = (
     "shell scripts",
     "no gcc with libasan",
     "no package example-robot-data",
-    *(f"could not import '{peer}" for peer in ("pinocchio", "mujoco", "pytransform3d", "jaxlie", "example_robot_data")),
+    *(f"could not import '{peer}" for peer in ("pinocchio", "mujoco", "pytransform3d", "jaxlie", "example_robot_data", "torch")),
 )  # reasons that no install can mend, and peers of the extra `benchmark`, which `ci` is without
 #: A minute each or more, of few tests: begun last, one core would wait for the other. The last two find the code that
 #: numba made for those before them.

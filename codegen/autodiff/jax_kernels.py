@@ -7,9 +7,7 @@ both are kernels, so that the primitive is its own derivative.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
 
@@ -19,28 +17,10 @@ import numpy as np
 from jax.extend.core import Primitive
 from jax.interpreters import ad, batching, mlir
 
-from ..errors import InputError, ShapeError
+from ..errors import InputError
 from ..execute.arrays import broadcast_leads
+from .calls import Call, call_of, named, rows_of, run, shaped, shapes, tables
 from .jax_calls import TARGET, key_of
-
-
-@dataclass(frozen=True)
-class Call:
-    """What is called, and how.
-
-    Attributes
-    ----------
-    kernel : KernelFunction
-    is_summed : tuple of bool
-        For each output whether it is summed over the items.
-    source : tuple, optional
-        Of the tangents of a kernel: that kernel, and the arguments along whose directions they are.
-    """
-
-    kernel: Any
-    is_summed: tuple[bool, ...]
-    source: tuple[Any, tuple[str, ...]] | None = None
-
 
 _primitive = Primitive("bladesmith_kernel")
 _primitive.multiple_results = True
@@ -50,24 +30,8 @@ def _bind(call: Call, operands: Sequence[Any]) -> list[Any]:
     return list(_primitive.bind(*operands, call=call))
 
 
-def _items(operands: Sequence[Any]) -> int | None:
-    """Number of items; None of a single one."""
-    return next((o.shape[0] for o in operands if len(o.shape) == 2), None)
-
-
-def _shapes(call: Call, operands: Sequence[Any]) -> list[tuple[tuple[int, ...], Any]]:
-    """Shapes and types of results; of a status there is one number for each item."""
-    n = _items(operands)
-    found = []
-    for output, summed in zip(call.kernel.outputs, call.is_summed, strict=True):
-        lead = () if n is None or summed else (n,)
-        is_status = output.role == "status"
-        found.append((lead if is_status else (*lead, output.kind.size), np.uint8 if is_status else operands[0].dtype))
-    return found
-
-
 def _abstract(*operands: Any, call: Call) -> list[Any]:
-    return [jax.core.ShapedArray(shape, dtype) for shape, dtype in _shapes(call, operands)]
+    return [jax.core.ShapedArray(shape, dtype) for shape, dtype in shapes(call, operands)]
 
 
 @cache
@@ -98,18 +62,9 @@ def _lower(context: Any, *operands: Any, call: Call) -> Any:
 
 
 def _call_back(call: Call, kernel: Any, *operands: Any) -> Any:
-    results = [jax.ShapeDtypeStruct(*each) for each in _shapes(call, operands)]
+    results = [jax.ShapeDtypeStruct(*each) for each in shapes(call, operands)]
 
-    def host(*arrays: Any) -> Any:
-        from ..execute.reductions.sums import run_sums
-
-        columns = [np.asarray(a) for a in arrays]
-        sized = [c[..., 0] if not i.size else c for c, i in zip(columns, kernel.inputs, strict=True)]
-        many = any(c.ndim == 2 for c in columns)
-        found, _ = run_sums(kernel, sized, [summed and many for summed in call.is_summed])
-        return [np.asarray(f).reshape(r.shape).astype(r.dtype) for f, r in zip(found, results, strict=True)]
-
-    return jax.pure_callback(host, results, *operands)
+    return jax.pure_callback(partial(run, call, kernel), results, *operands)
 
 
 def _refuse(context: Any, *operands: Any, call: Call) -> Any:
@@ -198,18 +153,9 @@ batching.primitive_batchers[_primitive] = _batch
 
 def jax_function(kernel: Any) -> Callable[..., Any]:
     """A declared kernel as a function of JAX arrays: see `KernelFunction.jax`."""
-    reduced = kernel.reduce is not None
-
     def call(*arguments: Any) -> Any:
         operands, lead = _operands(kernel, arguments)
-        is_single = math.prod(lead) == 1
-        found = _bind(Call(kernel, (reduced and not is_single,) * len(kernel.outputs)), operands)
-        whole = () if reduced else lead
-        results = [
-            value.reshape(whole if output.role == "status" else (*whole, output.kind.size))
-            for value, output in zip(found, kernel.outputs, strict=True)
-        ]
-        return results[0] if len(results) == 1 else tuple(results)
+        return shaped(kernel, _bind(call_of(kernel, lead), operands), lead)
 
     call.__name__ = call.__qualname__ = kernel.name
     call.__doc__ = kernel.__doc__
@@ -219,27 +165,11 @@ def jax_function(kernel: Any) -> Callable[..., Any]:
 
 def _operands(kernel: Any, arguments: Sequence[Any]) -> tuple[list[Any], tuple[int, ...]]:
     """Tables of rows, or rows that all items share; and the shape of the items."""
-    if len(arguments) != len(kernel.kinds):
-        raise InputError(f"{kernel.name} takes {len(kernel.kinds)} arguments ({', '.join(kernel.arguments)}).")
-    arrays = [_array(a, n) for a, n in zip(arguments, kernel.arguments, strict=True)]
+    arrays = [_array(a, n) for a, n in named(kernel, arguments)]
     dtype = jnp.result_type(*arrays)
-    sized = []
-    for array, kind, name in zip(arrays, kernel.kinds, kernel.arguments, strict=True):
-        rows = (array[..., None] if kind.is_scalar_argument else array).astype(dtype)
-        if rows.ndim == 0 or rows.shape[-1] != kind.size:
-            raise ShapeError(
-                f"{kernel.name}: {name} has shape {array.shape}; its last axis must have {kind.size} entries."
-            )
-        sized.append(rows)
-    lead = broadcast_leads([a.shape[:-1] for a in sized], kernel.name)
-    if math.prod(lead) == 1:
-        return [a.reshape(-1) for a in sized], lead
-    return [
-        a.reshape(-1)
-        if math.prod(a.shape[:-1]) == 1
-        else jnp.broadcast_to(a, (*lead, a.shape[-1])).reshape(-1, a.shape[-1])
-        for a in sized
-    ], lead
+    sized = rows_of(kernel, [a.astype(dtype) for a in arrays])
+    lead = broadcast_leads([tuple(a.shape[:-1]) for a in sized], kernel.name)
+    return tables(sized, lead, jnp.broadcast_to), lead
 
 
 def _array(value: Any, name: str) -> Any:
