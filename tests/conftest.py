@@ -18,6 +18,7 @@ CACHE_VARIABLE = "BLADESMITH_CACHE_DIR"
 TEST_CACHE = os.environ.get("BLADESMITH_TEST_CACHE_DIR") or user_cache_dir("bladesmith-tests", appauthor=False)
 
 STRICT = os.environ.get("BLADESMITH_STRICT_TESTS", "") not in ("", "0")
+_PEERS = ("pinocchio", "mujoco", "pytransform3d", "jaxlie", "example_robot_data", "torch")
 MACHINE_LACKS = (
     "no device",
     "no GPU to run on",
@@ -26,7 +27,7 @@ MACHINE_LACKS = (
     "shell scripts",
     "no gcc with libasan",
     "no package example-robot-data",
-    *(f"could not import '{peer}" for peer in ("pinocchio", "mujoco", "pytransform3d", "jaxlie", "example_robot_data", "torch")),
+    *(f"could not import '{peer}" for peer in _PEERS),
 )  # reasons that no install can mend, and peers of the extra `benchmark`, which `ci` is without
 #: A minute each or more, of few tests: begun last, one core would wait for the other. The last two find the code that
 #: numba made for those before them.
