@@ -36,6 +36,7 @@ def test_stock_kernels_have_the_bits_of_the_library(algebra: str, module: str, d
         assert not rows, f"{case.variant.kernel.name}: {len(rows)} items, the first of {case.inputs[rows[0]].tolist()}"
 
 
+@pytest.mark.slow
 def test_kernels_without_roots_are_constant_expressions_of_any_number(tmp_path: Path) -> None:
     export(module_variants("pga3d", "products"), "cpp", tmp_path, "pga")
     program = """
@@ -48,6 +49,7 @@ def test_kernels_without_roots_are_constant_expressions_of_any_number(tmp_path: 
     subprocess.run(["g++", *STANDARD, "main.cpp", "-fsyntax-only"], cwd=tmp_path, check=True)
 
 
+@pytest.mark.slow
 def test_elementary_functions_are_those_of_float_and_double(tmp_path: Path) -> None:
     export(module_variants("pga3d", "exponentials"), "cpp", tmp_path, "pga")
     (tmp_path / "main.cpp").write_text(
