@@ -17,8 +17,8 @@ _LANGUAGES = {
     "c99": ("c99", "c99_files", ("f64", "f32")),
     "cpp": ("cpp", "cpp_files", ("f64", "f32")),
     "glsl": ("glsl", "glsl_files", ("f32",)),
-    "rust": ("rust", "rust_files", ("f64", "f32")),
-    "js": ("js", "js_files", ("f64",)),
+    "rust": ("rust.printer", "rust_files", ("f64", "f32")),
+    "js": ("js.printer", "js_files", ("f64",)),
 }
 #: What files can be exported in.
 LANGUAGES = tuple(_LANGUAGES)

@@ -1,23 +1,19 @@
-"""Rust: one module without `std`, in which a kernel takes and returns structs and an algorithm slices of numbers."""
+"""Statements and functions of Rust."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from ...ir.loops.nodes import (
+from ....ir.loops.nodes import (
     Array,
-    Binary,
     Call,
     Constant,
     Count,
     Expression,
     For,
     Function,
-    Intrinsic,
     Load,
-    Select,
-    Unary,
     Variable,
     View,
     integer,
@@ -25,151 +21,25 @@ from ...ir.loops.nodes import (
     plus,
     scaled,
 )
-from ...ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
-from ...targets.blocks import wrap_arguments
-from ...targets.loops import ATOM
-from ...targets.templates import render
-from ...targets.uses import assigned_variables
-from ..bound import Table
-from ..names import camel_case, language_words
-from ..unit import Entry, Slot, Unit
-from .literals import LiteralPrinter, file_values, is_whole, struct_literal
-
-#: Arithmetic of integers that may leave 64 bits.
-_WRAPPING = {"+": "wrapping_add", "-": "wrapping_sub", "*": "wrapping_mul"}
-_SHIFTS = {"<<": "wrapping_shl", ">>": "wrapping_shr"}
-_STORED = {32: "i32", 8: "u8"}
-_HELPERS = {"//": "quotient", "%": "remainder", "min": "least", "max": "most"}
+from ....ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
+from ....targets.blocks import wrap_arguments
+from ....targets.loops import ATOM
+from ....targets.templates import render
+from ....targets.uses import assigned_variables
+from ...bound import Table
+from ...names import camel_case
+from ...places import result_of
+from ...unit import Entry, Slot, Unit
+from ..literals import file_values, is_whole, struct_literal
+from .expressions import STORED, RustExpressions
 
 
-class RustPrinter(LiteralPrinter):
+class RustPrinter(RustExpressions):
     """One function.
 
-    Elements are checked against the length of their array, and integers wrap. Of an array that a call changes, other
-    parts are copied for it: what it reads has the values from before. Parts of one array that it changes must not
-    overlap, or the program stops.
+    Of an array that a call changes, other parts are copied for it: what it reads has the values from before. Parts of
+    one array that it changes must not overlap, or the program stops.
     """
-
-    logical = {"and": "&&", "or": "||", "not": "!"}
-    functions = frozenset(_HELPERS)
-    indent = "    "
-    _is_index = False
-
-    # -- types ---------------------------------------------------------------------------------------------------------
-
-    @property
-    def not_a_number(self) -> str:  # type: ignore[override]
-        return f"{self.precision}::NAN"
-
-    @property
-    def infinity(self) -> str:  # type: ignore[override]
-        return f"{self.precision}::INFINITY"
-
-    def type_of(self, scalar: Scalar) -> str:
-        return {REAL: self.precision, INT: "i64", BOOL: "bool"}[scalar]
-
-    def array_type(self, type: ArrayType) -> str:
-        stored = _STORED.get(type.bits) or self.type_of(type.scalar)
-        return f"[{stored}]" if type.is_open else f"[{stored}; {type.size}]"
-
-    # -- expressions ---------------------------------------------------------------------------------------------------
-
-    def text(self, expression: Expression) -> str:
-        return _bare(super().text(expression))
-
-    def constant(self, value: Constant) -> str:
-        if value.type == REAL:
-            return self.real_constant(value)
-        if value.type == BOOL:
-            return "true" if value.value else "false"
-        return str(int(value.value)) if value.value != -(1 << 63) else "i64::MIN"
-
-    def variable(self, name: str) -> str:
-        return f"{name}_" if name.endswith("_") or name in language_words("rust") else name
-
-    def count(self, array: Array) -> str:
-        rows = f"{self.variable(array.name)}.len()"
-        return f"({rows} as i64)" if array.type.size == 1 else f"(({rows} / {array.type.size}) as i64)"
-
-    def load(self, array: Array, index: Expression) -> str:
-        element = self.element(array, index)
-        return element if array.type.bits == 64 else f"({element} as i64)"
-
-    def inner_element(self, array: Array, index: Expression) -> str:
-        name = self.variable(array.name) if self._is_own(array) else array.name.upper()
-        return f"{name}[{self._index(index)}]"
-
-    def _is_own(self, array: Array) -> bool:
-        """Not a table of the file."""
-        return array.is_local or any(p.name == array.name for p in self.function.parameters)
-
-    def _index(self, index: Expression) -> str:
-        """A place in an array: sums and products there never wrap, but for those of places that are no good anyway."""
-        if isinstance(index, Constant):
-            return self.constant(index)
-        if not all(isinstance(p, (Constant, Variable, Count, Binary)) for p in parts(index)) or any(
-            p.operator not in _WRAPPING for p in parts(index) if isinstance(p, Binary)
-        ):
-            return f"{self.inside(index, ATOM)} as usize"
-        before, self._is_index = self._is_index, True
-        text = f"{self.inside(index, ATOM)} as usize"
-        self._is_index = before
-        return text
-
-    def select(self, condition: str, yes: str, no: str) -> str:
-        return f"if {_bare(condition)} {{ {_bare(yes)} }} else {{ {_bare(no)} }}"
-
-    def _receiver(self, value: Expression) -> str:
-        """An integer whose methods are called."""
-        if isinstance(value, Constant):
-            return f"{value.value}_i64" if int(value.value) >= 0 else f"({self.constant(value)}_i64)"
-        if isinstance(value, Select):
-            return f"({self.select(self.text(value.condition), self._receiver(value.yes), self._receiver(value.no))})"
-        return self.inside(value, ATOM)
-
-    def _print(self, expression: Expression) -> tuple[str, int]:
-        match expression:
-            case Binary(operator, left, right, type) if type == INT and operator in _WRAPPING and not self._is_index:
-                return f"{self._receiver(left)}.{_WRAPPING[operator]}({self.text(right)})", ATOM
-            case Binary(operator, left, right, type) if type == INT and operator in _SHIFTS:
-                return f"{self._receiver(left)}.{_SHIFTS[operator]}({self._shift(right)})", ATOM
-            case Unary("-", operand, type) if type == INT:
-                return f"{self._receiver(operand)}.wrapping_neg()", ATOM
-            case Intrinsic("iabs", (operand,), _):
-                return f"{self._receiver(operand)}.wrapping_abs()", ATOM
-            case Intrinsic("imin" | "imax" as name, (first, second), _):
-                return f"{self._receiver(first)}.{name[1:]}({self.text(second)})", ATOM
-            case Intrinsic("real" | "int" as name, (operand,), type):
-                return f"({self._cast_operand(operand)} as {self.type_of(type)})", ATOM
-            case _:
-                return super()._print(expression)
-
-    def _cast_operand(self, value: Expression) -> str:
-        text = self.inside(value, ATOM)
-        return f"{text}_{self.type_of(value.type)}" if isinstance(value, Constant) and text.isdigit() else text
-
-    def _shift(self, count: Expression) -> str:
-        return str(count.value) if isinstance(count, Constant) else f"{self.inside(count, ATOM)} as u32"
-
-    def call(self, name: str, arguments: Sequence[str]) -> str:
-        joined = ", ".join(arguments)
-        match name:
-            case "epsilon":
-                return f"{self.precision}::EPSILON"
-            case "largest":
-                return f"{self.precision}::MAX"
-            case "any":
-                return f"({joined})"
-            case "bits":
-                return f"(f64::to_bits({joined}) as i64)"
-            case "abs" if self.is_far:
-                return f"f64::from_bits(f64::to_bits({joined}) & (u64::MAX >> 1))"
-            case _:
-                return f"{self._mathematics}{_HELPERS.get(name, name)}({joined})"
-
-    @property
-    def _mathematics(self) -> str:
-        return "self::" if self.is_mathematics else "math::"
 
     # -- statements ----------------------------------------------------------------------------------------------------
 
@@ -186,7 +56,7 @@ class RustPrinter(LiteralPrinter):
         return [f"let mut {self.variable(array.name)}: {self.array_type(array.type)} = [{zero}; {array.type.size}];"]
 
     def stored_value(self, array: Array, value: Expression) -> str:
-        stored = _STORED.get(array.type.bits)
+        stored = STORED.get(array.type.bits)
         return f"{self._cast_operand(value)} as {stored}" if stored else self.text(value)
 
     def condition(self, condition: Expression) -> str:
@@ -325,9 +195,8 @@ class RustPrinter(LiteralPrinter):
 
     def kernel_head(self, entry: Entry) -> str:
         own = [f"{self.variable(s.array)}: {self._argument_type(s)}" for s in entry.inputs]
-        first = entry.outputs[0]
-        is_single = len(entry.outputs) == 1 and (first.struct or not first.size)
-        kind = self.slot_type(first) if is_single else camel_case(f"{entry.name}_result")
+        single = result_of(entry).slot
+        kind = self.slot_type(single) if single else camel_case(f"{entry.name}_result")
         return "\n".join(["#[inline]", *wrap_arguments(f"pub fn {entry.name}(", own, f") -> {kind}")])
 
     def _argument_type(self, slot: Slot) -> str:
@@ -354,18 +223,6 @@ class RustPrinter(LiteralPrinter):
 
 def _after(value: Expression) -> Expression:
     return plus(value, integer(1))
-
-
-def _bare(text: str) -> str:
-    """A text without brackets around all of it."""
-    if not text.startswith("("):
-        return text
-    depth = 0
-    for k, letter in enumerate(text):
-        depth += {"(": 1, ")": -1}.get(letter, 0)
-        if depth == 0:
-            return _bare(text[1:-1]) if k == len(text) - 1 else text
-    return text
 
 
 def rust_files(unit: Unit) -> Mapping[str, str]:
