@@ -88,7 +88,7 @@ def _export_algebra(
 ) -> list[Path]:  # fmt: skip
     from ..codegen.algebra.schema import load_spec, stock_spec_path
     from ..codegen.export.export import export
-    from ..codegen.library import library_variants
+    from ..codegen.library.kernels import library_variants
 
     spec = load_spec(Path(source) if source.endswith(".toml") else stock_spec_path(source))
     variants = library_variants(spec, only, feedback.shows_bars)

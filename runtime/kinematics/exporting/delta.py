@@ -37,7 +37,7 @@ def delta_items(parameters: Array, sides: Array, weights: Array, name: str) -> l
     from ...codegen.export.bound import bound_algorithm
     from ...codegen.export.kernel_functions import kernel_function
     from ...codegen.export.unit import kernel_notes
-    from ...codegen.library import library_variants
+    from ...codegen.library.kernels import library_variants
 
     variants = library_variants(load_spec(stock_spec_path("cga3d")), [f"{start}*" for start in _KERNELS.values()])
     functions: dict[Kernel, Function] = {}

@@ -8,13 +8,13 @@ from fnmatch import fnmatch
 from importlib import resources
 from typing import Any
 
-from .algebra.algebra import Algebra
-from .algebra.loader import algebra_from_data
-from .declarations import declared_kernels, plain_kernels
-from .errors import InputError
-from .generator import selected_variants
-from .optimise.variants import Variant
-from .progress import ProgressOption, open_progress
+from ..algebra.algebra import Algebra
+from ..algebra.loader import algebra_from_data
+from ..declarations import declared_kernels, plain_kernels
+from ..errors import InputError
+from ..generator import selected_variants
+from ..optimise.variants import Variant
+from ..progress import ProgressOption, open_progress
 
 #: Kinds that move others, and kinds that are none to be moved.
 _MOTIONS = ("motor", "rotor", "translator", "even")

@@ -1,0 +1,1 @@
+"""Kernels of whole algebras, as libraries to export."""
