@@ -94,7 +94,7 @@ def sample(kind: Kind, source: Source) -> Multivector:
         if not any(_vanishes(c) for c in ((sign - 1).scalar(), (sign + 1).scalar())):
             raise KindError(
                 "the first argument of unit(..) has a square other than 1 and -1.",
-                remedy="Begin with one that has: the result has its square, as unit(e0, e1) of spacetime has that of e0",
+                remedy="Begin with one that has: the result has its square, as unit(e0, e1) of spacetime that of e0",
             )
         parameters = [scalar() for _ in others]
         square = like.constant(0)
