@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..codegen.algebra.algebra import Kind
 from ..codegen.algebra.blades import validated_identifier
 from ..codegen.algebra.loader import algebra_from_data
-from ..codegen.errors import BladeError, GradeError
+from ..codegen.errors import BladeError, GradeError, InputError
 from ..common.deprecation import renamed_attribute
 from ..common.dtypes import F64, as_precision
 from ..common.validation import as_choice, real_array
@@ -75,6 +75,10 @@ class Multivector(Operators):
         return norms.normalized(self, kind, strict, tolerance)
 
     normalised = normalized
+
+    def __abs__(self) -> NDArray[Any]:
+        """`norm` of each item."""
+        return self.norm()
 
     def __pos__(self) -> Multivector:
         return self
@@ -248,13 +252,14 @@ class Algebra(Constructors[Multivector]):
 
     def multivector(
         self,
-        values: Any,
+        values: Any = None,
         grades: Iterable[int] | None = None,
         *,
         blades: Iterable[Any] | None = None,
         kind: str | Kind | None = None,
         basis: str | None = None,
         dtype: Any = None,
+        **coefficients: Any,
     ) -> Multivector:
         """Multivectors from coefficients.
 
@@ -273,6 +278,8 @@ class Algebra(Constructors[Multivector]):
         basis : "orthonormal", optional
             The names, or the order of the values, are those of orthonormal vectors (in CGA e4 = e+, e5 = e-).
         dtype : float64 or float32, optional
+        **coefficients
+            Instead of a dictionary, by blade: ``multivector(e1=2.0, e12=[1.0, 3.0])``.
 
         Raises
         ------
@@ -281,6 +288,12 @@ class Algebra(Constructors[Multivector]):
         """
         from .conversion import basis_change
 
+        if (values is None) != bool(coefficients):
+            raise InputError(
+                "a multivector has coefficients of blades by name, or values.",
+                remedy='Write multivector(e1=2.0), multivector({"e1": 2.0}) or multivector(values, grades=[1])',
+            )
+        values = coefficients or values
         precision = as_precision(dtype)
         if construction.has_expressions(values):
             return construction.symbolic(self, values, grades, blades, kind, basis, dtype)  # type: ignore[no-any-return]
