@@ -212,6 +212,9 @@ class KernelFunction(DeclaredFormula):
         from .export.export import export
 
         self._check_items("what is exported")
+        for option, given in (("derivatives", derivatives), ("jacobians", jacobians)):
+            if isinstance(given, str):
+                raise InputError(f"{option} is a list of arguments, such as {option}=[{given!r}].")
         functions = [self, *map(self.derivative, derivatives), *map(self.jacobian, jacobians)]
         return export([f.variant for f in functions], language, folder, name or self.algebra.name, dtype, split=split)
 

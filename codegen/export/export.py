@@ -58,26 +58,28 @@ def export(
     Raises
     ------
     InputError
-        If there is no such language or precision, two functions have one name, or a name cannot be one there. Nothing
-        has been written then.
+        If there is no such language or precision, two functions have one name, or a name cannot be one there (nothing
+        has been written then); or the folder cannot be written to.
     """
     texts = export_texts(items, language, name, dtype, split=split)
     target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for file, text in texts.items():
-        path = target / file
-        part = path.with_name(f"{file}.part")
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
-        paths.append(path)
-    return paths
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+        for file, text in texts.items():
+            part = target / f"{file}.part"
+            part.write_text(text, encoding="utf-8")
+            part.replace(target / file)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}.", where=str(target)) from None
+    return [target / file for file in texts]
 
 
 def export_texts(
     items: Sequence[Variant | ExportedAlgorithm], language: str, name: str, dtype: str = "", *, split: bool = False
 ) -> Mapping[str, str]:
     """The files of `export`, by name."""
+    if not isinstance(name, str):
+        raise InputError(f"the name of the file is {name!r}, and no text.")
     if language not in _LANGUAGES:
         raise InputError(f"there is no language {language!r}.", remedy=f"Choose one of {', '.join(LANGUAGES)}.")
     module, function, precisions = _LANGUAGES[language]

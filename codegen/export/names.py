@@ -77,6 +77,12 @@ _SPELLED: dict[str, tuple[Callable[[str], str], Callable[[str], str]]] = {
 }  # fmt: skip
 
 
+def _remedy(what: str) -> str:
+    if what == "the function":
+        return 'Declare it with another name: @codegen.kernel(..., name="another_name").'
+    return "Export it with another name (name=...)." if what == "the name of the file" else "Rename it."
+
+
 def check_names(unit: Unit, language: str) -> None:
     """Refuse names that the language cannot have.
 
@@ -93,7 +99,7 @@ def check_names(unit: Unit, language: str) -> None:
             )
         is_safe = language in (_PREFIXED if is_prefixed else () if what.startswith(_OUTER) else _RENAMED)
         if not is_safe and (name in words or (language not in _UNLIKE_C and is_c_word(name))):
-            raise InputError(f"{what} {name!r} is a word of {language}.", remedy="Give it another name (name=...).")
+            raise InputError(f"{what} {name!r} is a word of {language}.", remedy=_remedy(what))
     types, others = _SPELLED.get(language, (str, str))
     results = [f"{e.name}_result" for e in unit.entries if e.is_kernel and not result_of(e).slot]
     _check_different([*(s.name for s in unit.structs), *results], types, "kinds or results")
@@ -116,7 +122,7 @@ def _check_different(names: Sequence[str], spelled: Callable[[str], str], what: 
         if other != name:
             raise InputError(
                 f"the {what} {other!r} and {name!r} are both {spelled(name)} there.",
-                remedy="Give one of them another name (name=...).",
+                remedy="Declare one of them with another name.",
             )
 
 

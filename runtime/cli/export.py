@@ -7,6 +7,7 @@ import re
 import sys
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,16 @@ ROBOTS = (".urdf", ".sdf", ".xml", ".mjcf")
 _OBJECT = re.compile(r"[\w.]+:[\w.]+")
 
 
+@dataclass(frozen=True)
+class Target:
+    """What is written: language, folder, name of the files if it is given, and other options."""
+
+    language: str
+    folder: Path
+    name: str | None
+    options: dict[str, Any]
+
+
 @options.command("export pga3d --language c99 -o include --only 'sandwich_motor_*'")
 @click.argument("source")
 @click.option("--language", "-l", type=click.Choice(LANGUAGES), required=True)
@@ -33,12 +44,13 @@ _OBJECT = re.compile(r"[\w.]+:[\w.]+")
               help="Of a kernel: the forward derivative along this argument, too; repeatable.")  # fmt: skip
 @click.option("--jacobian", "jacobians", multiple=True, metavar="ARGUMENT",
               help="Of a kernel: all partial derivatives with respect to it, too; repeatable.")  # fmt: skip
+@options.flag("--split", "C99 as a header and a source file; default: all in the header.")
 @click.option("--tip", help="Of a robot's file: the link that is moved; default: the one behind most joints.")
 @click.option("--root", help="Of a robot's file: the link that is fixed; default: its root.")
 @options.feedback
 def command(
-    source: str, language: str, out: Path, name: str | None, dtype: str | None, only: tuple[str, ...],
-    derivatives: tuple[str, ...], jacobians: tuple[str, ...], tip: str | None, root: str | None,
+    source: str, language: str, out: Path, name: str | None, only: tuple[str, ...], derivatives: tuple[str, ...],
+    jacobians: tuple[str, ...], tip: str | None, root: str | None, dtype: str | None, split: bool,
     feedback: options.Feedback,
 ) -> None:  # fmt: skip
     """Write source files that need nothing of this package.
@@ -49,18 +61,18 @@ def command(
 
     What is exported is yours, without conditions: docs/export.md.
     """
-    path = Path(source)
-    own = {"--derivative": derivatives, "--jacobian": jacobians}
+    path, target = Path(source), Target(language, out, name, {"dtype": dtype or "", "split": split})
+    derived = {"--derivative": derivatives, "--jacobian": jacobians}
     with feedback.preparing(f"exporting {source}"):
         if _OBJECT.fullmatch(source) and not path.exists():
             _refuse(source, {"--only": only, "--tip": tip, "--root": root})
-            written = _export_object(source, language, out, name, dtype or "", own)
+            written = _export_object(source, target, derived)
         elif path.suffix.lower() in ROBOTS or (path.suffix == ".toml" and not _is_spec(path)):
-            _refuse(source, {"--only": only, **own})
-            written = _export_robot(path, language, out, name, dtype or "", tip, root)
+            _refuse(source, {"--only": only, **derived})
+            written = _export_robot(path, target, tip, root)
         else:
-            _refuse(source, {**own, "--tip": tip, "--root": root})
-            written = _export_algebra(source, language, out, name, dtype or "", only, feedback)
+            _refuse(source, {**derived, "--tip": tip, "--root": root})
+            written = _export_algebra(source, target, only, feedback)
     feedback.wrote(written)
 
 
@@ -82,22 +94,17 @@ def _identifier(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_").lower() or "exported"
 
 
-def _export_algebra(
-    source: str, language: str, folder: Path, name: str | None, dtype: str, only: tuple[str, ...],
-    feedback: options.Feedback,
-) -> list[Path]:  # fmt: skip
+def _export_algebra(source: str, target: Target, only: tuple[str, ...], feedback: options.Feedback) -> list[Path]:
     from ..codegen.algebra.schema import load_spec, stock_spec_path
     from ..codegen.export.export import export
     from ..codegen.library.kernels import library_variants
 
     spec = load_spec(Path(source) if source.endswith(".toml") else stock_spec_path(source))
     variants = library_variants(spec, only, feedback.shows_bars)
-    return export(variants, language, folder, name or str(spec["name"]), dtype)
+    return export(variants, target.language, target.folder, target.name or str(spec["name"]), **target.options)
 
 
-def _export_object(
-    source: str, language: str, folder: Path, name: str | None, dtype: str, derived: Mapping[str, tuple[str, ...]]
-) -> list[Path]:
+def _export_object(source: str, target: Target, derived: Mapping[str, tuple[str, ...]]) -> list[Path]:
     from ..codegen.algorithm_api import CompiledAlgorithm
     from ..codegen.api import KernelFunction
 
@@ -108,30 +115,28 @@ def _export_object(
         raise InputError(f"cannot be imported: {error}.", where=source) from None
     finally:
         sys.path.remove("")
-    own: dict[str, Any] = {"name": name} if name else {}
     if isinstance(found, KernelFunction):
-        directions, matrices = derived["--derivative"], derived["--jacobian"]
-        return found.export(language, folder, dtype=dtype, derivatives=directions, jacobians=matrices, **own)
+        own: dict[str, Any] = {"derivatives": derived["--derivative"], "jacobians": derived["--jacobian"]}
+        return found.export(target.language, target.folder, name=target.name or "", **own, **target.options)
     if isinstance(found, CompiledAlgorithm):
         _refuse(source, derived)
-        return found.export(language, folder, dtype=dtype, **own)
+        return found.export(target.language, target.folder, name=target.name or "", **target.options)
     raise InputError("is no kernel and no algorithm.", where=source, remedy="Name one: module:name.")
 
 
-def _export_robot(
-    path: Path, language: str, folder: Path, name: str | None, dtype: str, tip: str | None, root: str | None
-) -> list[Path]:
+def _export_robot(path: Path, target: Target, tip: str | None, root: str | None) -> list[Path]:
     from ..kinematics.io.reader import load_mechanism
     from ..kinematics.task.mechanism_model import MechanismModel
     from ..kinematics.task.robot_model import ChainModel, DeltaModel
 
     model = load_mechanism(path, tip, root).model
-    own = name or _identifier(path.stem)
+    name = target.name or _identifier(path.stem)
     if isinstance(model, ChainModel):
-        return model.chain.export(language, folder, own, dtype=dtype)
+        return model.chain.export(target.language, target.folder, name, **target.options)
     if isinstance(model, DeltaModel):
-        return model.robot.export(language, folder, own, elbow=model.elbow, root=model.root, dtype=dtype)
+        own = {"elbow": model.elbow, "root": model.root, **target.options}
+        return model.robot.export(target.language, target.folder, name, **own)
     assert isinstance(model, MechanismModel)
     if not model.inputs:
         raise InputError("no joint is driven.", where=str(path), remedy="Name driven joints in the file.")
-    return model.mechanism.export(language, folder, model.inputs, own, dtype=dtype)
+    return model.mechanism.export(target.language, target.folder, model.inputs, name, **target.options)

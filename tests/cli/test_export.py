@@ -50,6 +50,11 @@ def test_each_source_is_written(arguments: list[str], file: str, says: str, fold
     assert says in (folder / "out" / file).read_text()
 
 
+def test_a_header_may_stand_apart(folder: Path) -> None:
+    assert run(["export", "exported_module:move", "-l", "c99", "-o", "out", "--name", "mine", "--split"]) == 0
+    assert {p.name for p in (folder / "out").iterdir()} == {"mine.h", "mine.c"}
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

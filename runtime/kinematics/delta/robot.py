@@ -79,7 +79,7 @@ class DeltaRobot(DeltaGeometry):
 
     def export(
         self, language: str, folder: str | Path, name: str = "delta", *, elbow: Any = "outer", root: str = "far",
-        dtype: str = "",
+        dtype: str = "", split: bool = False,
     ) -> list[Path]:  # fmt: skip
         """Write the robot as a source file that needs nothing of this package; see docs/export.md.
 
@@ -97,6 +97,8 @@ class DeltaRobot(DeltaGeometry):
             As in `inverse` and `forward`: the file has one posture.
         dtype : {"float64", "float32"}, optional
             Default: what is usual in the language.
+        split : bool
+            Of C99: a header and a source file; else all is in the header.
 
         Returns
         -------
@@ -113,7 +115,8 @@ class DeltaRobot(DeltaGeometry):
         from ..exporting.delta import delta_items
 
         sides, weights = solutions.elbow_signs(elbow), solutions.root_weights(root)
-        return export(delta_items(self.parameters, sides, weights, name), language, folder, name, dtype)
+        items = delta_items(self.parameters, sides, weights, name)
+        return export(items, language, folder, name, dtype, split=split)
 
     # -- poses -------------------------------------------------------------------------------------------------
 

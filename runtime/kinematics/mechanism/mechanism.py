@@ -59,8 +59,9 @@ class Mechanism(MechanismDynamics):
     """
 
     def export(
-        self, language: str, folder: str | Path, driven: Sequence[Any], name: str = "mechanism", *, dtype: str = ""
-    ) -> list[Path]:
+        self, language: str, folder: str | Path, driven: Sequence[Any], name: str = "mechanism", *, dtype: str = "",
+        split: bool = False,
+    ) -> list[Path]:  # fmt: skip
         """Write the search for poses as a source file that needs nothing of this package; see docs/export.md.
 
         Parameters
@@ -74,6 +75,8 @@ class Mechanism(MechanismDynamics):
             Of the file, and before or around all names in it.
         dtype : {"float64", "float32"}, optional
             Default: what is usual in the language.
+        split : bool
+            Of C99: a header and a source file; else all is in the header.
 
         Returns
         -------
@@ -101,7 +104,7 @@ class Mechanism(MechanismDynamics):
         given["speeds"] = [speed for _, speed in speeds]
         names = [self.joint_names[j] for j, _ in speeds]
         items = mechanism_items(self.algebra.name, driver.room, given, work, names, self.moving, name)
-        return export(items, language, folder, name, dtype)
+        return export(items, language, folder, name, dtype, split=split)
 
     # -- mobility --------------------------------------------------------------------------------------
 

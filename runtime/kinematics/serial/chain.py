@@ -127,7 +127,9 @@ class Chain(SerialChainData):
         end = frames[len(links) - 1] if tool is None else (frames[len(links) - 1] * tool).as_kind("motor")
         return cls(join_axes(twists), end, names, limits, frames=frames, target=target)
 
-    def export(self, language: str, folder: str | Path, name: str = "robot", *, dtype: str = "") -> list[Path]:
+    def export(
+        self, language: str, folder: str | Path, name: str = "robot", *, dtype: str = "", split: bool = False
+    ) -> list[Path]:
         """Write the chain as a source file that needs nothing of this package; see docs/export.md.
 
         It has the functions ``motor``, ``matrix`` (4, 4) of the tool's frame, and ``jacobian`` (6, n) of its origin
@@ -142,6 +144,8 @@ class Chain(SerialChainData):
             Of the file, and before or around all names in it.
         dtype : {"float64", "float32"}, optional
             Default: what is usual in the language.
+        split : bool
+            Of C99: a header and a source file; else all is in the header.
 
         Returns
         -------
@@ -160,7 +164,7 @@ class Chain(SerialChainData):
         if self.count != self.joint_count:
             raise InputError("joints that share a coordinate are not exported.", remedy="Give each joint one.")
         items = chain_items(self.algebra.name, self.parameters, self.names, self.limits, name)
-        return export(items, language, folder, name, dtype)
+        return export(items, language, folder, name, dtype, split=split)
 
     def velocity(
         self, q: ArrayLike, dq: ArrayLike, all: bool = False, *, strict: bool = False, threads: int | None = None

@@ -1,0 +1,56 @@
+"""Names, options and folders that cannot be exported: an error that says so, before anything is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bladesmith import codegen, pga3d
+from bladesmith.codegen.export.export import LANGUAGES
+from bladesmith.errors import BladesmithError
+
+
+@codegen.kernel(pga3d.kind("motor"), pga3d.kind("point"))
+def move(m, x):
+    return m >> x
+
+
+@codegen.kernel(codegen.scalar, codegen.scalar, algebra=pga3d, name="int")
+def product(double, final):
+    return double * final
+
+
+@pytest.mark.parametrize(
+    ("export", "says"),
+    [
+        (lambda folder: move.export("rust", folder), "'move' is a word of rust"),
+        (lambda folder: product.export("c99", folder, name="kw"), "argument 'double' is a word of c99"),
+        (lambda folder: product.export("cpp", folder, name="kw"), "function 'int' is a word of cpp"),
+        (lambda folder: move.export("js", folder, dtype="float32"), "js has no numbers of type 'float32'"),
+        (lambda folder: move.export("c99", folder, dtype="float16"), "no numbers of type 'float16'"),
+        (lambda folder: move.export("cobol", folder), "no language 'cobol'"),
+        (lambda folder: move.export("c99", folder, name=3), "is 3, and no text"),
+        (lambda folder: move.export("c99", folder, name="../evil"), "'../evil' cannot be exported"),
+        (lambda folder: move.export("c99", folder, derivatives="m"), "derivatives is a list"),
+        (lambda folder: move.export("c99", folder, derivatives=["q"]), "no argument 'q'"),
+        (lambda folder: move.export("rust", folder, name="m", split=True), "has no header apart"),
+    ],
+)
+def test_refused(export: Callable[[Path], Any], says: str, tmp_path: Path) -> None:
+    with pytest.raises(BladesmithError, match=says):
+        export(tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BladesmithError, match="cannot be written"):
+        move.export("c99", tmp_path / "file")
+
+
+@pytest.mark.parametrize("language", [x for x in LANGUAGES if x != "rust"])
+def test_names_that_are_words_elsewhere_are_taken(language: str, tmp_path: Path) -> None:
+    assert all(path.stat().st_size for path in move.export(language, tmp_path))
