@@ -198,7 +198,8 @@ class _Linker:
 
     def algorithm_entry(self, item: ExportedAlgorithm) -> Entry:
         function = self.linked(item.function)
-        return Entry(item.name, function, (item.function.note, *item.notes))
+        notes = tuple(map(comment_text, (item.function.note, *item.notes)))
+        return Entry(item.name, function, notes)
 
     def linked(self, function: Function) -> Function:
         """The function, with those of kernels where it and what it calls have their signatures."""

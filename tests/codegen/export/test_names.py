@@ -10,6 +10,7 @@ import pytest
 
 from bladesmith import codegen, pga3d
 from bladesmith.codegen.export.export import LANGUAGES
+from bladesmith.codegen.language import Real
 from bladesmith.errors import BladesmithError
 
 
@@ -54,3 +55,15 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("language", [x for x in LANGUAGES if x != "rust"])
 def test_names_that_are_words_elsewhere_are_taken(language: str, tmp_path: Path) -> None:
     assert all(path.stat().st_size for path in move.export(language, tmp_path))
+
+
+@codegen.algorithm
+def strange(x: Real) -> Real:
+    """Ends a comment */ here, */ and "quotes" \\ too."""
+    return x
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_notes_cannot_end_a_comment(language: str, tmp_path: Path) -> None:
+    for path in strange.export(language, tmp_path):
+        assert "comment */ here" not in path.read_text()
