@@ -76,8 +76,8 @@ def command(
         elif changed or gone or not update:
             _write(target, changed if update else files, gone)
             click.echo(f"wrote {target} ({len(changed)} of {len(files)} files changed)")
-    if signature is not None and not check:
-        _tell_omissions(signature)
+            if signature is not None:
+                _tell_omissions(signature)
     if differences:
         _report_outdated(differences)
     if check:

@@ -165,9 +165,9 @@ def test_a_recorded_form_serves_the_same_nodes_only(monkeypatch: pytest.MonkeyPa
     given: list[Any] = []
     optimise = generator.optimise_kernel
 
-    def noting(kernel: Any, record: Any, **options: Any) -> Any:
+    def noting(kernel: Any, record: Any, *options: Any) -> Any:
         given.append(record)
-        return optimise(kernel, record, **options)
+        return optimise(kernel, record, *options)
 
     monkeypatch.setattr(generator, "optimise_kernel", noting)
     assert generate(SPEC, records) == files
