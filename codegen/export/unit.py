@@ -252,12 +252,20 @@ def kernel_notes(variant: Variant) -> tuple[str, ...]:
     notes = [comment_text(kernel.note or kernel.name)]
     if formula := formula_text(kernel.formula):
         notes.append(f"Formula: {formula}.")
-    bound = error_bound(kernel, variant.roots)
-    error = f"at most about {bound:.2g} roundoffs of the largest coefficient" if bound else "none"
-    if bound > LARGEST_BOUND:
-        error = "compensated, as docs/reliability.md has it"
-    notes.append(f"Operations: {variant.operations.text()} Rounding: {error}.")
+    notes.append(f"Operations: {variant.operations.text()} Rounding: {_rounding(variant)}.")
     return tuple(notes)
+
+
+def _rounding(variant: Variant) -> str:
+    """What is known of the rounding errors."""
+    if not variant.operations.total:
+        return "none"
+    bound = error_bound(variant.kernel, variant.roots)
+    if not bound:
+        return "no bound of first order"
+    if bound > LARGEST_BOUND:
+        return "compensated: sums with twice the digits"
+    return f"at most about {bound:.2g} roundoffs of the largest coefficient"
 
 
 def formula_text(formula: Formula | Callable[..., Any]) -> str:
