@@ -70,6 +70,10 @@ class DecimalRing(RationalRing):
     def combine(self, terms: Terms) -> Any:
         return sum((c if w == 1 else -c if w == -1 else c * self.constant(w) for c, w in terms), decimal.Decimal(0))
 
+    def apply(self, name: str, *arguments: Any) -> Any:
+        found = super().apply(name, *arguments)
+        return self.constant(found) if isinstance(found, Fraction) else found
+
 
 def exact_items(kernel: Kernel, columns: Sequence[Sequence[Sequence[float]]], rational: bool, digits: int,
                 epsilon: Fraction) -> list[list[list[Any]]]:  # fmt: skip
