@@ -31,6 +31,7 @@ UNTYPED = {
     ),
     "whatever was interrupted": r"(Interrupted|ExecutorError)\.partial|Progress\.detail",
     "SymPy has no types": r"SymbolicMultivector\.(coefficient|norm|scalar)",
+    "a place, weights, or a callee, by the operation": r"Node\.data",
     "coefficients of any ring": r"codegen\.(Multivector\.scalar|rings\..*)",
 }
 #: What generic classes of the package are made for.
