@@ -22,6 +22,11 @@ from bladesmith.codegen.targets.c.source import ExtensionSource
 from bladesmith.codegen.targets.cuda.printer import DRIVER_OPTIONS, cuda_source, self_contained
 from bladesmith.codegen.trace.kernel import interface
 
+from .effort import FULL
+
+#: What texts are compiled for: the warnings are those of the compiler's front end, and so of all.
+ARCHITECTURES = ("compute_75", "compute_90") if FULL else ("compute_75",)
+
 #: CUDA's words for the C compiler: a thread is a call, its place in the grid a global.
 WORDS = """
 #include <string.h>

@@ -33,7 +33,6 @@ from bladesmith.codegen.targets.cuda.printer import (
 from bladesmith.codegen.trace.kernel import interface
 
 from ...support import cuda as cuda_support
-from ...support.effort import FULL
 from ...support.specimens import KERNELS, VARIANTS, arguments, assert_same_bits
 
 pytestmark = pytest.mark.gpu
@@ -47,7 +46,7 @@ each_dtype = pytest.mark.parametrize("dtype", [np.float64, np.float32], ids=["f6
 # -- the text ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("arch", ["compute_75", "compute_90"] if FULL else ["compute_75"])
+@pytest.mark.parametrize("arch", cuda_support.ARCHITECTURES)
 def test_all_kernels_compile_without_a_warning(arch: str) -> None:
     compiled = compile_source(FILES, arch)
     assert compiled.log == ""
@@ -110,7 +109,7 @@ def test_every_gpu_gets_an_architecture_that_the_compiler_knows() -> None:
     assert device_arch(999) == f"compute_{known[-1]}"
 
 
-@pytest.mark.parametrize("arch", ["compute_75", "compute_90"])
+@pytest.mark.parametrize("arch", cuda_support.ARCHITECTURES)
 def test_the_driver_of_scenes_compiles_without_a_warning(arch: str) -> None:
     compiled = compile_source(scene_source(scene_program(EVERYTHING).files), arch, DRIVER_OPTIONS)
     assert compiled.log == ""

@@ -108,7 +108,7 @@ each_dtype = pytest.mark.parametrize("dtype", [np.float64, np.float32], ids=["f6
 
 
 @each_case
-@pytest.mark.parametrize("arch", ["compute_75", "compute_90"])
+@pytest.mark.parametrize("arch", cuda_support.ARCHITECTURES)
 def test_users_algorithms_compile_without_a_warning(name: str, arch: str) -> None:
     tried, arguments = CASES[name]
     files = algorithm_cuda(tried.function_for(arguments(np.float64)))
