@@ -122,7 +122,7 @@ def check_kernel(declaration: Declaration, targets: Sequence[str], items: int = 
     ----------
     declaration : Declaration
     targets : sequence of str
-        Some of `codegen.api.TARGETS`, which run here.
+        Some of `codegen.kernels.compiled.TARGETS`, which run here.
     items : int
         Items of each case.
     seed : int

@@ -278,7 +278,7 @@ def test_kernels_run_on_what_there_is(numba, no_compiler, monkeypatch, caplog):
     if numba:
         pytest.importorskip("numba")
     else:
-        monkeypatch.setattr("bladesmith.codegen.api._has_numba", lambda: False)
+        monkeypatch.setattr("bladesmith.codegen.kernels.compiled._has_numba", lambda: False)
     shifted = fresh_kernel()
     points = np.arange(15.0).reshape(5, 3)
     for dtype in (np.float64, np.float32):

@@ -1,0 +1,1 @@
+"""What a declared kernel does: it runs compiled, and has derivatives. `api` declares it."""
