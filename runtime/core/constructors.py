@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cached_property
 from typing import Any, Generic, SupportsIndex, overload
 
@@ -51,23 +52,30 @@ class Constructors(TypedAlgebra, Generic[P]):
         """Multivectors from coefficients; see `core.multivector.Algebra.multivector`."""
         raise NotImplementedError
 
+    def symbols(self, name: str = "x", kind: str | Kind | None = None, grades: Iterable[int] | None = None) -> Any:
+        """A symbolic multivector; see `core.multivector.Algebra.symbols`."""
+        raise NotImplementedError
+
     def wrap(self, kind: Kind, values: NDArray[Any], status: NDArray[np.uint8] | None = None) -> P:
         """Rows of coefficients as multivectors; see `core.multivector.Algebra.wrap`."""
         raise NotImplementedError
 
     # -- of one grade --------------------------------------------------------------------------------------
 
-    def vector(self, values: Any, dtype: Any = None) -> P:
-        """Vectors from coefficients (..., n) in the order of the basis vectors, or from a dictionary by names."""
-        return self._of_grade(1, values, dtype)
+    def vector(self, values: Any = None, dtype: Any = None, *, name: str | None = None, **coefficients: Any) -> P:
+        """Vectors from coefficients (..., n) in the order of the basis vectors, or by name: ``vector(e1=2.0, e3=1.0)``.
 
-    def bivector(self, values: Any, dtype: Any = None) -> P:
-        """Bivectors from coefficients (..., k) in storage order (e12, e13, ...), or from a dictionary by names."""
-        return self._of_grade(2, values, dtype)
+        A dictionary is as good as names. ``vector(name="u")`` has symbols for coefficients, as `symbols` makes them.
+        """
+        return self._of_grade(1, values, dtype, name, coefficients)
 
-    def trivector(self, values: Any, dtype: Any = None) -> P:
-        """Trivectors; values as of `bivector`."""
-        return self._of_grade(3, values, dtype)
+    def bivector(self, values: Any = None, dtype: Any = None, *, name: str | None = None, **coefficients: Any) -> P:
+        """Bivectors from coefficients (..., k) in storage order (e12, e13, ...), or by name; see `vector`."""
+        return self._of_grade(2, values, dtype, name, coefficients)
+
+    def trivector(self, values: Any = None, dtype: Any = None, *, name: str | None = None, **coefficients: Any) -> P:
+        """Trivectors; parameters as of `vector`."""
+        return self._of_grade(3, values, dtype, name, coefficients)
 
     def pseudoscalar(self, value: Any = 1.0, dtype: Any = None) -> P:
         """Numbers times `I`."""
@@ -79,10 +87,14 @@ class Constructors(TypedAlgebra, Generic[P]):
         """The unit pseudoscalar: the blade of all vectors, in the order that duals are taken with."""
         return self.pseudoscalar()
 
-    def _of_grade(self, grade: int, values: Any, dtype: Any) -> P:
-        if not isinstance(values, dict):
+    def _of_grade(self, grade: int, values: Any, dtype: Any, name: str | None, coefficients: dict[str, Any]) -> P:
+        if name is not None:
+            if values is not None or coefficients or dtype is not None:
+                raise InputError("name= makes symbols: there are no other values with it.")
+            return self.symbols(name, grades=[grade])  # type: ignore[no-any-return]
+        if not coefficients and not isinstance(values, dict):
             return self.multivector(values, grades=[grade], dtype=dtype)
-        x = self.multivector(values, dtype=dtype)
+        x = self.multivector(values, dtype=dtype, **coefficients)
         if set(x.grades) - {grade}:
             wrong = next(blade for blade in x.blades if blade.grade != grade)
             raise InputError(f"{wrong} is not of grade {grade}.", remedy="Use alg.multivector for mixed grades")

@@ -113,6 +113,10 @@ class Multivector(Operators):
         """A power: of whole numbers the product, else exp(exponent log(x)), for what has a logarithm; see `power`."""
         return powers.power(self, exponent)
 
+    def __rpow__(self, base: Any) -> Multivector:
+        """``e ** B`` is exp(B), and other positive numbers are powers of e."""
+        return powers.power_of_number(base, self)
+
     def power(self, exponent: Any, strict: bool = False) -> Multivector:
         """``x ** exponent``, of whole numbers by products, of other numbers and arrays of them by exp and log.
 

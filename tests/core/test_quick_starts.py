@@ -60,7 +60,11 @@ def test_reflections_and_rotors():
     alg = bs.algebra(3)
     mirror, x = alg.e1, alg.vector([1.0, 2.0, 3.0])
     assert (-mirror * x * mirror**-1).isclose(alg.vector([-1, 2, 3]))
-    R = (-np.pi / 4 * alg.e12).exp()
+    R = np.e ** (-np.pi / 4 * alg.e12)
+    assert R.isclose((-np.pi / 4 * alg.e12).exp()) and (2.0 ** (-alg.e12)).isclose((-np.log(2) * alg.e12).exp())
+    for base in (-1.0, 0.0, np.nan):
+        with pytest.raises(InputError, match="positive numbers"):
+            base**alg.e12
     assert (R >> alg.e1).isclose(alg.e2) and (R * alg.e1 * ~R).isclose(alg.e2) and abs(R) == pytest.approx(1)
 
 
@@ -81,6 +85,10 @@ def test_coefficients_by_name_and_their_names():
     assert x.isclose(alg.multivector({"e1": 1.0, "e12": [2.0, 3.0]})).all() and x.shape == (2,)
     assert dict(zip(map(str, x.blades), x.values[1].tolist(), strict=True)) == {"e1": 1.0, "e12": 3.0}
     assert alg.multivector(e1=sympy.Symbol("a")).expressions == {"e1": sympy.Symbol("a")}
+    assert alg.bivector(e12=2.0, e03=1.0).isclose(2 * alg.e12 + alg.e03) and alg.vector(name="u").grades == (1,)
+    for wrong in (lambda: alg.vector(e12=1.0), lambda: alg.vector([1.0], name="u"), lambda: alg.vector([1.0], e1=2.0)):
+        with pytest.raises(InputError):
+            wrong()
     for wrong in ({}, {"values": [1.0], "e1": 2.0}):
         with pytest.raises(InputError, match=r"Write multivector\(e1=2.0\)"):
             alg.multivector(**wrong)

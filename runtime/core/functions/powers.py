@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...codegen.errors import InputError, one_line
 from ...common.validation import as_int, real_array
 from ..operators import P
 from .exponentials import exp, log
@@ -43,6 +44,20 @@ def power(x: P, exponent: Any, strict: bool = False) -> P:
         square = square * square
     assert result is not None
     return result if whole > 0 else x._make(result._type, result._data, result._lead, base._status)
+
+
+def power_of_number(base: Any, exponent: P) -> P:
+    """Positive numbers to the power of a multivector: exp(log(base) exponent).
+
+    Raises
+    ------
+    InputError
+        If a base is not a positive number.
+    """
+    rows = real_array(base, "the base of a power")
+    if not (rows > 0).all():
+        raise InputError(f"the base of a power is {one_line(base)}; positive numbers have powers of multivectors.")
+    return exp(exponent * np.log(rows))  # type: ignore[no-any-return]
 
 
 def _whole(exponent: Any) -> int | None:
