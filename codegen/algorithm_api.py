@@ -11,6 +11,7 @@ import numpy as np
 
 from .errors import CompilerMissingError, InputError
 from .execute.items import CLoop, ItemFunction, Loop, NumbaLoop
+from .export.options import ExportOptions, describes_options
 from .ir.loops import language
 from .ir.loops.algorithm import Algorithm
 from .ir.loops.nodes import Function
@@ -131,6 +132,7 @@ class CompiledAlgorithm(ABC):
             return self_contained(algorithm_cuda(function))
         return algorithm_text(function) if target == "c" else algorithm_numba(function)
 
+    @describes_options
     def export(
         self, language: str, folder: str | Path, *arguments: Any, name: str = "", dtype: str = "", split: bool = False
     ) -> list[Path]:
@@ -138,36 +140,29 @@ class CompiledAlgorithm(ABC):
 
         Parameters
         ----------
-        language : {"c99", "cpp", "rust", "js", "glsl"}
-        folder : path
-            Made where it is not there.
+        {language}
+        {folder}
         *arguments
             Those of the algorithm, where sizes or static values are not declared.
-        name : str, optional
-            Of the file, and before or around all names in it. Default: the algorithm's.
-        dtype : {"float64", "float32"}, optional
-            Default: what is usual in the language.
-        split : bool
-            Of C99: a header that declares the functions, and a source file that defines them.
+        {name}
+            Default: the algorithm's.
+        {dtype}
+        {split}
 
-        Returns
-        -------
-        list of Path
-            The files.
+        {files}
 
         Raises
         ------
         InputError
-            If there is no such language or precision, sizes are missing, or a name is a word of the language. Nothing
-            has been written then.
+            If sizes are missing.
+            {refusals}
         """
         from .export.bound import ExportedAlgorithm
         from .export.export import export
 
+        options = ExportOptions(language, name or self.__name__, dtype, split)
         function = self.function_for(arguments or self.declared_arguments())
-        return export(
-            [ExportedAlgorithm(self.__name__, function)], language, folder, name or self.__name__, dtype, split=split
-        )
+        return export([ExportedAlgorithm(self.__name__, function)], folder, options)
 
     def call(self, target: str, arguments: Sequence[Any]) -> Any:
         """Run compiled on arrays."""

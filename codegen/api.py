@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 from .algebra.algebra import Algebra, Kind
 from .errors import InputError, TraceError, needed
+from .export.options import ExportOptions, describes_options
 from .kernels.compiled import TARGETS as TARGETS
 from .kernels.differentiable import DifferentiableKernel
 from .trace.declared_formula import Declared
@@ -76,6 +77,7 @@ class KernelFunction(DifferentiableKernel):
     _jax: Callable[..., Any] | None = None
     _torch: Callable[..., Any] | None = None
 
+    @describes_options
     def export(
         self, language: str, folder: str | Path, *, name: str = "", dtype: str = "", derivatives: Sequence[str] = (),
         jacobians: Sequence[str] = (), split: bool = False,
@@ -84,37 +86,33 @@ class KernelFunction(DifferentiableKernel):
 
         Parameters
         ----------
-        language : {"c99", "cpp", "rust", "js", "glsl"}
-        folder : path
-            Made where it is not there.
-        name : str, optional
-            Of the file, and before or around all names in it. Default: the algebra's.
-        dtype : {"float64", "float32"}, optional
-            Default: what is usual in the language.
+        {language}
+        {folder}
+        {name}
+            Default: the algebra's.
+        {dtype}
         derivatives, jacobians : sequence of str, optional
             Arguments with respect to which the forward derivative, or all partial derivatives are exported, too.
-        split : bool
-            Of C99: a header that declares the functions, and a source file that defines them.
+        {split}
 
-        Returns
-        -------
-        list of Path
-            The files.
+        {files}
 
         Raises
         ------
         InputError
-            If there is no such language, precision or argument, or a name is a word of the language. Nothing has been
-            written then.
+            {refusals}
+        TraceError
+            If the kernel sums over items, has no such argument, or cannot be traced.
         """
         from .export.export import export
 
+        options = ExportOptions(language, name or self.algebra.name, dtype, split)
         self._check_items("what is exported")
         for option, given in (("derivatives", derivatives), ("jacobians", jacobians)):
             if isinstance(given, str):
                 raise InputError(f"{option} is a list of arguments, such as {option}=[{given!r}].")
         functions = [self, *map(self.derivative, derivatives), *map(self.jacobian, jacobians)]
-        return export([f.variant for f in functions], language, folder, name or self.algebra.name, dtype, split=split)
+        return export([f.variant for f in functions], folder, options)
 
     def jax(self) -> Callable[..., Any]:
         """The kernel as a function of JAX arrays, for `jit`, `vmap` and derivatives of any order, forward and reverse.

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -44,40 +44,48 @@ class ExportedAlgorithm:
     tables: tuple[Table, ...] = ()
 
 
-def bound_algorithm(
-    file: str,
-    name: str,
-    function: Function,
-    given: Mapping[str, Any],
-    shapes: Mapping[str, Sequence[int]],
-    work: Mapping[str, int] | None = None,
-    notes: Sequence[str] = (),
-    tables_before: dict[str, Table] | None = None,
-) -> ExportedAlgorithm:
+@dataclass(frozen=True)
+class Binding:
     """An algorithm that takes less than another one.
 
-    Parameters
+    Attributes
     ----------
-    file, name : str
-        Of the exported file, and of the function in it.
+    name : str
+        Of the function in the file.
     function : Function
     given : mapping
         Arrays and numbers in place of parameters.
     shapes : mapping of str to sequence of int
         Of those of the other arrays whose number of rows is not known.
-    work : mapping of str to int, optional
+    work : mapping of str to int
         Arrays that nobody reads afterwards, and how many numbers they have.
-    notes : sequence of str
+    notes : tuple of str
         What is said of it, beside the function's first line.
-    tables_before : dict of str to Table, optional
-        Those of other functions of the file, by name, to which its own are added.
+    """
+
+    name: str
+    function: Function
+    given: Mapping[str, Any]
+    shapes: Mapping[str, Sequence[int]] = field(default_factory=dict)
+    work: Mapping[str, int] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def bound_algorithms(file: str, bindings: Iterable[Binding]) -> list[ExportedAlgorithm]:
+    """The algorithms of a file, which share tables of the same numbers.
 
     Raises
     ------
     InputError
         If a shape is missing.
     """
-    known = {} if tables_before is None else tables_before
+    tables: dict[str, Table] = {}
+    return [_bound(file, each, tables) for each in bindings]
+
+
+def _bound(file: str, binding: Binding, shared: dict[str, Table]) -> ExportedAlgorithm:
+    """One of them; its tables are added to those that are shared."""
+    function, given = binding.function, binding.given
     parameters: list[Parameter] = []
     arguments: list[Expression | View] = []
     tables: list[Table] = []
@@ -95,23 +103,24 @@ def bound_algorithm(
             numbers = _numbers(function, p.name, p.type, given[p.name])
             type = ArrayType(p.type.scalar, (max(1, len(numbers)),), bits=p.type.bits)
             table = Table(f"{file}_{p.name}", type, numbers or (0,))  # languages have no arrays without elements
-            if known.setdefault(table.name, table) != table:
-                table = known[f"{file}_{name}_{p.name}"] = replace(table, name=f"{file}_{name}_{p.name}")
+            if shared.setdefault(table.name, table) != table:
+                table = replace(table, name=f"{file}_{binding.name}_{p.name}")
+                shared[table.name] = table
             tables.append(table)
             array, size = Array(table.name, type), len(numbers)
-        elif work and p.name in work:
-            size = work[p.name]
+        elif p.name in binding.work:
+            size = binding.work[p.name]
             array = Array(p.name, ArrayType(p.type.scalar, (max(1, size),)), is_local=True)
             body.append(Allocate(array, is_zero=False))
         else:
-            own = _known(function, p, shapes)
+            own = _known(function, p, binding.shapes)
             parameters.append(replace(p, type=own))
             array, size = Array(p.name, own), own.size
         arguments.append(View(array, integer(0), p.type, integer(size // p.type.size) if p.type.is_open else None))
     results = tuple(Variable(f"returned{k}", t) for k, t in enumerate(function.results))
     body += [Call(function, tuple(arguments), results), *([Return(results)] if results else [])]
-    made = Function(f"{name}_of_{file}", function.note, tuple(parameters), function.results, tuple(body))
-    return ExportedAlgorithm(name, made, tuple(notes), tuple(tables))
+    made = Function(f"{binding.name}_of_{file}", function.note, tuple(parameters), function.results, tuple(body))
+    return ExportedAlgorithm(binding.name, made, binding.notes, tuple(tables))
 
 
 def _numbers(function: Function, name: str, type: ArrayType, values: Any) -> tuple[float | int, ...]:
@@ -128,4 +137,3 @@ def _known(function: Function, parameter: Parameter, shapes: Mapping[str, Sequen
     if parameter.name not in shapes:
         raise InputError(f"{function.name}: the number of rows of {parameter.name} is missing.")
     return ArrayType(parameter.type.scalar, tuple(shapes[parameter.name]), bits=parameter.type.bits)
-

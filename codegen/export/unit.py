@@ -1,14 +1,9 @@
-"""What one exported file holds, in no language: structs, functions in calling order, and what is said of them."""
+"""What one exported file holds, in no language: structs, and functions in calling order."""
 
 from __future__ import annotations
 
-import ast
-import inspect
-import re
-import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from ..algebra.algebra import Kind
 from ..errors import InputError
@@ -26,18 +21,15 @@ from ..ir.loops.nodes import (
     expressions,
     parts,
 )
-from ..optimise.accuracy import error_bound
 from ..optimise.variants import Variant
 from ..targets.elementary import FAR_OR_NEAR
 from ..targets.loops import in_calling_order
 from ..targets.printer import comment_text
-from ..trace.kernel import Formula, Kernel, blade_label
+from ..trace.kernel import Kernel, blade_label
 from .bound import ExportedAlgorithm, Table
 from .elementary import ELEMENTARY, elementary_functions
 from .kernel_functions import kernel_function
-
-#: Larger first-order bounds say nothing: they do not see sums with twice the digits.
-LARGEST_BOUND = 1e6
+from .notes import kernel_notes
 
 
 @dataclass(frozen=True)
@@ -244,44 +236,3 @@ def _struct(kind: Kind, structs: dict[tuple[str, ...], Struct]) -> Struct | None
         taken = {s.name for s in structs.values()}
         structs[fields] = Struct(first if first not in taken else f"{first}_{len(fields)}", fields)
     return structs[fields]
-
-
-def kernel_notes(variant: Variant) -> tuple[str, ...]:
-    """What is said of a kernel: its note, formula, operations, error bound, and the order of its coefficients."""
-    kernel = variant.kernel
-    notes = [comment_text(kernel.note or kernel.name)]
-    if formula := formula_text(kernel.formula):
-        notes.append(f"Formula: {formula}.")
-    notes.append(f"Operations: {variant.operations.text()} Rounding: {_rounding(variant)}.")
-    return tuple(notes)
-
-
-def _rounding(variant: Variant) -> str:
-    """What is known of the rounding errors."""
-    if not variant.operations.total:
-        return "none"
-    bound = error_bound(variant.kernel, variant.roots)
-    if not bound:
-        return "no bound of first order"
-    if bound > LARGEST_BOUND:
-        return "compensated: sums with twice the digits"
-    return f"at most about {bound:.2g} roundoffs of the largest coefficient"
-
-
-def formula_text(formula: Formula | Callable[..., Any]) -> str:
-    """What a formula of one line returns, as it is written; else its name in the package's text, or nothing."""
-    try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(inspect.unwrap(formula))))
-    except (OSError, TypeError, SyntaxError):
-        return ""
-    found = tree.body[0]
-    body = [s for s in getattr(found, "body", []) if not _is_text(s)]
-    if len(body) == 1 and isinstance(body[0], ast.Return) and body[0].value is not None:
-        text = comment_text(ast.unparse(body[0].value))
-        if not re.search(r"\b_[a-z]", text):  # what it calls is not for users
-            return text
-    return f"{formula.__module__}.{formula.__name__}"
-
-
-def _is_text(statement: ast.stmt) -> bool:
-    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)

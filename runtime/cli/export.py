@@ -13,11 +13,10 @@ from typing import Any
 
 import click
 
+from ..codegen.export.options import LANGUAGES, PRECISIONS, ExportOptions
 from ..errors import InputError
 from . import options
 
-#: Those of `codegen.export.export.LANGUAGES`: help is instant.
-LANGUAGES = ("c99", "cpp", "rust", "js", "glsl")
 #: Files of robots.
 ROBOTS = (".urdf", ".sdf", ".xml", ".mjcf")
 _OBJECT = re.compile(r"[\w.]+:[\w.]+")
@@ -35,10 +34,10 @@ class Target:
 
 @options.command("export pga3d --language c99 -o include --only 'sandwich_motor_*'")
 @click.argument("source")
-@click.option("--language", "-l", type=click.Choice(LANGUAGES), required=True)
+@click.option("--language", "-l", type=click.Choice(list(LANGUAGES)), required=True)
 @options.output_folder(".")
 @click.option("--name", help="Of the files, and before or around all names in them. Default: the source's.")
-@click.option("--dtype", type=click.Choice(("float64", "float32")), help="Default: what is usual in the language.")
+@click.option("--dtype", type=click.Choice(list(PRECISIONS)), help="Default: what is usual in the language.")
 @click.option("--only", multiple=True, metavar="PATTERN", help="Kernels of an algebra: names with * and ?; repeatable.")
 @click.option("--derivative", "derivatives", multiple=True, metavar="ARGUMENT",
               help="Of a kernel: the forward derivative along this argument, too; repeatable.")  # fmt: skip
@@ -100,8 +99,9 @@ def _export_algebra(source: str, target: Target, only: tuple[str, ...], feedback
     from ..codegen.library.kernels import library_variants
 
     spec = load_spec(Path(source) if source.endswith(".toml") else stock_spec_path(source))
+    chosen = ExportOptions(target.language, target.name or str(spec["name"]), **target.options)
     variants = library_variants(spec, only, feedback.shows_bars)
-    return export(variants, target.language, target.folder, target.name or str(spec["name"]), **target.options)
+    return export(variants, target.folder, chosen)
 
 
 def _export_object(source: str, target: Target, derived: Mapping[str, tuple[str, ...]]) -> list[Path]:

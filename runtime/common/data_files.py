@@ -21,9 +21,10 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from ..codegen.documents.whole_files import BLOCK
 from ..codegen.errors import BladesmithError, InputError
 from ..codegen.version import __version__
-from .files import BLOCK, as_path, failures_named, replacing
+from .files import as_path, failures_named, replacing
 from .memory import readable
 
 T = TypeVar("T")

@@ -7,7 +7,6 @@ The formulas are in `codegen.formulas`: `delta`, `delta_rates` and `delta_frame`
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from numpy.typing import NDArray
@@ -18,10 +17,11 @@ from ...core.multivector import Multivector
 from ...dispatch.item_statuses import array_result
 from ...dispatch.multivector_data import Statuses
 from ...mechanics.system import System
+from ..exporting.delta import ExportedDeltaRobot
 from . import geometry, solutions
 from .diagnostics import explain_angles, explain_positions, forward_strictly
 from .evaluation import item
-from .geometry import BASE, BODIES, DeltaGeometry, JointObjects, Pose
+from .geometry import BASE, BODIES, JointObjects, Pose
 from .screw_jacobians import forward_jacobian, inverse_jacobian
 from .singularity import Singularity, singularity
 from .solutions import ELBOWS, ROOTS, SIGNS
@@ -37,7 +37,7 @@ Array = NDArray[Any]
 METHODS = ("direct", "screw")
 
 
-class DeltaRobot(DeltaGeometry):
+class DeltaRobot(ExportedDeltaRobot):
     """A Delta robot: three arms on a base, each an upper arm on a motor and two parallel forearm rods.
 
     Parameters
@@ -76,47 +76,6 @@ class DeltaRobot(DeltaGeometry):
     >>> robot.forward(theta).round(12)
     array([ 0.1 , -0.05,  0.9 ])
     """
-
-    def export(
-        self, language: str, folder: str | Path, name: str = "delta", *, elbow: Any = "outer", root: str = "far",
-        dtype: str = "", split: bool = False,
-    ) -> list[Path]:  # fmt: skip
-        """Write the robot as a source file that needs nothing of this package; see docs/export.md.
-
-        It has the functions ``inverse``, ``forward``, ``inverse_jacobian`` and ``forward_jacobian``, each with the code
-        of a status, with the same bits as the methods.
-
-        Parameters
-        ----------
-        language : {"c99", "cpp", "rust", "js"}
-        folder : path
-            Made where it is not there.
-        name : str
-            Of the file, and before or around all names in it.
-        elbow, root
-            As in `inverse` and `forward`: the file has one posture.
-        dtype : {"float64", "float32"}, optional
-            Default: what is usual in the language.
-        split : bool
-            Of C99: a header and a source file; else all is in the header.
-
-        Returns
-        -------
-        list of Path
-            The files.
-
-        Raises
-        ------
-        InputError
-            If a choice is unknown, there is no such language, or a name cannot be one there. Nothing has been written
-            then.
-        """
-        from ...codegen.export.export import export
-        from ..exporting.delta import delta_items
-
-        sides, weights = solutions.elbow_signs(elbow), solutions.root_weights(root)
-        items = delta_items(self.parameters, sides, weights, name)
-        return export(items, language, folder, name, dtype, split=split)
 
     # -- poses -------------------------------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...codegen.algorithms.chain_frames import JacobianFrame
 
 if TYPE_CHECKING:
-    from ...codegen.export.bound import ExportedAlgorithm, Table
+    from ...codegen.export.bound import ExportedAlgorithm
     from ..serial.driver import ChainParameters
 
 Array = NDArray[Any]
@@ -32,7 +32,7 @@ def chain_items(
     name : str
         Of the file.
     """
-    from ...codegen.export.bound import bound_algorithm
+    from ...codegen.export.bound import Binding, bound_algorithms
     from ...codegen.programs.chains import chain_function, class_of
     from ...codegen.programs.exported_robots import chain_matrix
 
@@ -44,7 +44,6 @@ def chain_items(
         f"{k}: {each}" + ("" if np.isinf([low, high]).all() else f" from {low:.6g} to {high:.6g}")
         for k, (each, (low, high)) in enumerate(zip(names, limits.tolist(), strict=True))
     )
-    tables: dict[str, Table] = {}
     shapes = {"x": [count], "q": [count], "motors": [8], "matrix": [6, count]}
     pose = f"x: coordinates of the joints ({joints}). motors: the motor of the tool's frame in the world."
     matrix = "q: coordinates of the joints. matrix: 4 rows of 4, the tool's frame in the world."
@@ -57,7 +56,6 @@ def chain_items(
         ("matrix", chain_matrix(algebra, room), matrix),
         ("jacobian", chain_function(algebra, room, "jacobian"), columns),
     ]
-    return [
-        bound_algorithm(name, each, function, {**given, **tool}, shapes, notes=[note], tables_before=tables)
-        for each, function, note in functions
-    ]
+    return bound_algorithms(
+        name, [Binding(each, function, {**given, **tool}, shapes, notes=(note,)) for each, function, note in functions]
+    )

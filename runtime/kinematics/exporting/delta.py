@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
+from ...codegen.export.options import ExportOptions, describes_options
+from ..delta.geometry import DeltaGeometry
+from ..delta.solutions import elbow_signs, root_weights
+
 if TYPE_CHECKING:
-    from ...codegen.export.bound import ExportedAlgorithm, Table
+    from ...codegen.export.bound import ExportedAlgorithm
     from ...codegen.ir.loops.nodes import Function
     from ...codegen.trace.kernel import Kernel
 
@@ -17,6 +22,44 @@ _KERNELS = {
     "inverse": "delta_inverse_numbers", "forward": "delta_forward_numbers",
     "inverse_jacobian": "delta_inverse_jacobian", "forward_jacobian": "delta_forward_jacobian",
 }  # fmt: skip
+
+
+class ExportedDeltaRobot(DeltaGeometry):
+    """The lengths of a Delta robot, which can be written as a source file."""
+
+    @describes_options
+    def export(
+        self, language: str, folder: str | Path, name: str = "delta", *, elbow: Any = "outer", root: str = "far",
+        dtype: str = "", split: bool = False,
+    ) -> list[Path]:  # fmt: skip
+        """Write the robot as a source file that needs nothing of this package; see docs/export.md.
+
+        It has the functions ``inverse``, ``forward``, ``inverse_jacobian`` and ``forward_jacobian``, each with the code
+        of a status, with the same bits as the methods.
+
+        Parameters
+        ----------
+        {language}
+        {folder}
+        {name}
+        elbow, root
+            As in `inverse` and `forward`: the file has one posture.
+        {dtype}
+        {split}
+
+        {files}
+
+        Raises
+        ------
+        InputError
+            If a choice is unknown.
+            {refusals}
+        """
+        from ...codegen.export.export import export
+
+        options = ExportOptions(language, name, dtype, split)
+        items = delta_items(self.parameters, elbow_signs(elbow), root_weights(root), name)
+        return export(items, folder, options)
 
 
 def delta_items(parameters: Array, sides: Array, weights: Array, name: str) -> list[ExportedAlgorithm]:
@@ -34,20 +77,19 @@ def delta_items(parameters: Array, sides: Array, weights: Array, name: str) -> l
         Of the file.
     """
     from ...codegen.algebra.schema import load_spec, stock_spec_path
-    from ...codegen.export.bound import bound_algorithm
+    from ...codegen.export.bound import Binding, bound_algorithms
     from ...codegen.export.kernel_functions import kernel_function
-    from ...codegen.export.unit import kernel_notes
+    from ...codegen.export.notes import kernel_notes
     from ...codegen.library.kernels import library_variants
 
     variants = library_variants(load_spec(stock_spec_path("cga3d")), [f"{start}*" for start in _KERNELS.values()])
     functions: dict[Kernel, Function] = {}
-    tables: dict[str, Table] = {}
-    items = []
+    bindings = []
     for function, start in _KERNELS.items():
         variant = next(v for v in variants if v.kernel.name.startswith(start))
         made = kernel_function(variant, functions)
         _, lengths, choice = (i.name for i in variant.kernel.inputs)
         given = {lengths: parameters, choice: weights if function.startswith("forward") else sides}
         notes = kernel_notes(variant)[1:]
-        items.append(bound_algorithm(name, function, made, given, {}, notes=notes, tables_before=tables))
-    return items
+        bindings.append(Binding(function, made, given, notes=notes))
+    return bound_algorithms(name, bindings)

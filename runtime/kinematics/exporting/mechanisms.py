@@ -29,7 +29,7 @@ def mechanism_items(
     name : str
         Of the file.
     """
-    from ...codegen.export.bound import bound_algorithm
+    from ...codegen.export.bound import Binding, bound_algorithms
     from ...codegen.programs.exported_robots import mechanism_matrices
 
     count = len(bodies)
@@ -43,4 +43,4 @@ def mechanism_items(
         "where the pose was found, 1 where it is not reached, 2 after too many steps, 3 where a number is not finite."
     )
     function = mechanism_matrices(algebra, room)
-    return [bound_algorithm(name, "poses", function, {**given, "goals": [0.0]}, shapes, sizes, [note])]
+    return bound_algorithms(name, [Binding("poses", function, {**given, "goals": [0.0]}, shapes, sizes, (note,))])

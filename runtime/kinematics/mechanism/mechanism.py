@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from ...codegen.errors import ConstraintError, InputError
+from ...codegen.export.options import ExportOptions, describes_options
 from ...common.deprecation import renamed_attribute, renamed_keywords
 from ...common.progress import ProgressOption
 from ...common.validation import as_instance, check_shape, short_repr
@@ -58,6 +59,7 @@ class Mechanism(MechanismDynamics):
         If a name occurs twice, or the fixed body is not among the bodies.
     """
 
+    @describes_options
     def export(
         self, language: str, folder: str | Path, driven: Sequence[Any], name: str = "mechanism", *, dtype: str = "",
         split: bool = False,
@@ -66,32 +68,26 @@ class Mechanism(MechanismDynamics):
 
         Parameters
         ----------
-        language : {"c99", "cpp", "rust", "js"}
-        folder : path
-            Made where it is not there.
+        {language}
+        {folder}
         driven : sequence of str or Joint
             The joints whose coordinates are given: of one coordinate each.
-        name : str
-            Of the file, and before or around all names in it.
-        dtype : {"float64", "float32"}, optional
-            Default: what is usual in the language.
-        split : bool
-            Of C99: a header and a source file; else all is in the header.
+        {name}
+        {dtype}
+        {split}
 
-        Returns
-        -------
-        list of Path
-            The files.
+        {files}
 
         Raises
         ------
         InputError
-            If a joint is unknown or has not one coordinate, joints are coupled, there is no such language, or a name
-            cannot be one there. Nothing has been written then.
+            If a joint is unknown or has not one coordinate, or joints are coupled.
+            {refusals}
         """
         from ...codegen.export.export import export
         from ..exporting.mechanisms import mechanism_items
 
+        options = ExportOptions(language, name, dtype, split)
         found = [self.find_joint(x) for x in driven]
         joints = [j for j in found if j is not None]
         if not joints or len(joints) < len(found) or not is_usual(self, joints):
@@ -104,7 +100,7 @@ class Mechanism(MechanismDynamics):
         given["speeds"] = [speed for _, speed in speeds]
         names = [self.joint_names[j] for j, _ in speeds]
         items = mechanism_items(self.algebra.name, driver.room, given, work, names, self.moving, name)
-        return export(items, language, folder, name, dtype, split=split)
+        return export(items, folder, options)
 
     # -- mobility --------------------------------------------------------------------------------------
 

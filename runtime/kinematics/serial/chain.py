@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.errors import InputError, ShapeError
+from ...codegen.export.options import ExportOptions, describes_options
 from ...common.progress import ProgressOption
 from ...common.validation import as_bool
 from ...core.multivector import Multivector
@@ -127,6 +128,7 @@ class Chain(SerialChainData):
         end = frames[len(links) - 1] if tool is None else (frames[len(links) - 1] * tool).as_kind("motor")
         return cls(join_axes(twists), end, names, limits, frames=frames, target=target)
 
+    @describes_options
     def export(
         self, language: str, folder: str | Path, name: str = "robot", *, dtype: str = "", split: bool = False
     ) -> list[Path]:
@@ -137,34 +139,28 @@ class Chain(SerialChainData):
 
         Parameters
         ----------
-        language : {"c99", "cpp", "rust", "js"}
-        folder : path
-            Made where it is not there.
-        name : str
-            Of the file, and before or around all names in it.
-        dtype : {"float64", "float32"}, optional
-            Default: what is usual in the language.
-        split : bool
-            Of C99: a header and a source file; else all is in the header.
+        {language}
+        {folder}
+        {name}
+        {dtype}
+        {split}
 
-        Returns
-        -------
-        list of Path
-            The files.
+        {files}
 
         Raises
         ------
         InputError
-            If joints share coordinates, there is no such language, or a name cannot be one there. Nothing has been
-            written then.
+            If joints share coordinates.
+            {refusals}
         """
         from ...codegen.export.export import export
         from ..exporting.chains import chain_items
 
+        options = ExportOptions(language, name, dtype, split)
         if self.count != self.joint_count:
             raise InputError("joints that share a coordinate are not exported.", remedy="Give each joint one.")
         items = chain_items(self.algebra.name, self.parameters, self.names, self.limits, name)
-        return export(items, language, folder, name, dtype, split=split)
+        return export(items, folder, options)
 
     def velocity(
         self, q: ArrayLike, dq: ArrayLike, all: bool = False, *, strict: bool = False, threads: int | None = None

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bladesmith.codegen.export.export import export
+from bladesmith.codegen.export.options import ExportOptions
 from bladesmith.codegen.export.unit import exported_unit
 from bladesmith.errors import InputError
 
@@ -25,7 +26,7 @@ GCC = ["gcc", "-std=c99", *WARNINGS, "-O1", "-ffp-contract=off"]
 def test_stock_kernels_have_the_bits_of_the_library(algebra: str, module: str, dtype: str, tmp_path: Path) -> None:
     variants = module_variants(algebra, module)
     cases = list(stock_cases(algebra, variants, 10_000, np.dtype(dtype)))
-    export(variants, "c99", tmp_path, "exported", dtype)
+    export(variants, tmp_path, ExportOptions("c99", "exported", dtype))
     unit = exported_unit("exported", variants, "f64" if dtype == "float64" else "f32")
     (tmp_path / "main.c").write_text(c_driver(unit, 10_000))
     subprocess.run([*GCC, "main.c", "-o", "main", "-lm"], cwd=tmp_path, check=True)
@@ -35,9 +36,8 @@ def test_stock_kernels_have_the_bits_of_the_library(algebra: str, module: str, d
 
 
 def test_declarations_stand_apart_from_definitions(tmp_path: Path) -> None:
-    paths = export(
-        [algorithm_to_export(shifted), algorithm_to_export(twice_shifted)], "c99", tmp_path, "two", split=True
-    )
+    items = [algorithm_to_export(shifted), algorithm_to_export(twice_shifted)]
+    paths = export(items, tmp_path, ExportOptions("c99", "two", split=True))
     assert [p.name for p in paths] == ["two.h", "two.c"]
     program = """
         #include "two.h"
@@ -54,5 +54,5 @@ def test_declarations_stand_apart_from_definitions(tmp_path: Path) -> None:
 
 def test_other_languages_have_no_declarations_apart(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no header apart"):
-        export([algorithm_to_export(shifted)], "cpp", tmp_path / "new", "one", split=True)
+        export([algorithm_to_export(shifted)], tmp_path / "new", ExportOptions("cpp", "one", split=True))
     assert not (tmp_path / "new").exists()

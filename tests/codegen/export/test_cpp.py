@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bladesmith.codegen.export.export import export
+from bladesmith.codegen.export.options import ExportOptions
 from bladesmith.codegen.export.unit import exported_unit
 
 from ...support.export.drivers import WARNINGS, cpp_driver, run_driver
@@ -25,7 +26,7 @@ STANDARD = ["-std=c++17", *WARNINGS]
 def test_stock_kernels_have_the_bits_of_the_library(algebra: str, module: str, dtype: str, tmp_path: Path) -> None:
     variants = module_variants(algebra, module)
     cases = list(stock_cases(algebra, variants, 10_000, np.dtype(dtype)))
-    export(variants, "cpp", tmp_path, "exported", dtype)
+    export(variants, tmp_path, ExportOptions("cpp", "exported", dtype))
     unit = exported_unit("exported", variants, "f64" if dtype == "float64" else "f32")
     (tmp_path / "main.cpp").write_text(cpp_driver(unit, 10_000))
     if shutil.which("clang++"):
@@ -38,7 +39,7 @@ def test_stock_kernels_have_the_bits_of_the_library(algebra: str, module: str, d
 
 @pytest.mark.slow
 def test_kernels_without_roots_are_constant_expressions_of_any_number(tmp_path: Path) -> None:
-    export(module_variants("pga3d", "products"), "cpp", tmp_path, "pga")
+    export(module_variants("pga3d", "products"), tmp_path, ExportOptions("cpp", "pga"))
     program = """
         #include "pga.hpp"
         constexpr pga::Rotor<int> a{1, 2, 3, 4}, b{5, 6, 7, 8};
@@ -51,7 +52,7 @@ def test_kernels_without_roots_are_constant_expressions_of_any_number(tmp_path: 
 
 @pytest.mark.slow
 def test_elementary_functions_are_those_of_float_and_double(tmp_path: Path) -> None:
-    export(module_variants("pga3d", "exponentials"), "cpp", tmp_path, "pga")
+    export(module_variants("pga3d", "exponentials"), tmp_path, ExportOptions("cpp", "pga"))
     (tmp_path / "main.cpp").write_text(
         '#include "pga.hpp"\nint main() { pga::exp_bivector_twist(pga::Line<long double>{}); }'
     )
@@ -62,7 +63,7 @@ def test_elementary_functions_are_those_of_float_and_double(tmp_path: Path) -> N
 
 
 def test_algorithms_call_each_other(tmp_path: Path) -> None:
-    export([algorithm_to_export(a) for a in (twice_shifted, shifted, copied)], "cpp", tmp_path, "two")
+    export([algorithm_to_export(a) for a in (twice_shifted, shifted, copied)], tmp_path, ExportOptions("cpp", "two"))
     program = """
         #include "two.hpp"
         int main() {

@@ -13,6 +13,7 @@ import pytest
 from bladesmith.codegen.algorithm_api import AlgorithmFunction
 from bladesmith.codegen.export.export import export
 from bladesmith.codegen.export.languages.glsl import renamed
+from bladesmith.codegen.export.options import ExportOptions
 from bladesmith.codegen.export.unit import exported_unit, intrinsics_of
 from bladesmith.errors import InputError
 
@@ -33,12 +34,13 @@ _TURNING = frozenset(("sin", "cos", *(f"stumpff{k}" for k in range(6))))
 @pytest.mark.slow
 @pytest.mark.parametrize(("algebra", "module"), exported_modules())
 def test_shaders_with_stock_kernels_are_valid(algebra: str, module: str, tmp_path: Path) -> None:
-    (path,) = export(module_variants(algebra, module), "glsl", tmp_path, "exported")
+    (path,) = export(module_variants(algebra, module), tmp_path, ExportOptions("glsl", "exported"))
     assert_valid(path)
 
 
 def test_shaders_with_algorithms_are_valid(tmp_path: Path) -> None:
-    (path,) = export([algorithm_to_export(a) for a in (twice_shifted, shifted, copied)], "glsl", tmp_path, "two")
+    items = [algorithm_to_export(a) for a in (twice_shifted, shifted, copied)]
+    (path,) = export(items, tmp_path, ExportOptions("glsl", "two"))
     assert_valid(path)
     text = re.sub(r"__VERSION__", "", path.read_text())
     assert "__" not in text and not re.search(r"\bgl_", text)
@@ -48,7 +50,7 @@ def test_shaders_with_algorithms_are_valid(tmp_path: Path) -> None:
 def test_algorithms_that_need_pointers_are_refused(function: AlgorithmFunction, what: str, tmp_path: Path) -> None:
     items = [algorithm_to_export(shifted), algorithm_to_export(function)]
     with pytest.raises(InputError, match=f"{function.__name__}.*{what}"):
-        export(items, "glsl", tmp_path / "new", "some")
+        export(items, tmp_path / "new", ExportOptions("glsl", "some"))
     assert not (tmp_path / "new").exists()
 
 
@@ -68,7 +70,7 @@ def assert_valid(path: Path) -> None:
 def test_stock_kernels_have_the_bits_of_the_library(algebra: str, module: str, tmp_path: Path) -> None:
     variants = module_variants(algebra, module)
     cases = list(stock_cases(algebra, variants, 10_000, np.float32))
-    (path,) = export(variants, "glsl", tmp_path, "exported")
+    (path,) = export(variants, tmp_path, ExportOptions("glsl", "exported"))
     unit = renamed(exported_unit("exported", variants, "f32"))
     (tmp_path / "main.cpp").write_text(shader_program(unit, path.read_text(), 10_000))
     subprocess.run([*SHIM, "main.cpp", "-o", "main"], cwd=tmp_path, check=True)

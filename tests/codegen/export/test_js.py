@@ -13,6 +13,7 @@ from bladesmith.codegen import algorithm
 from bladesmith.codegen.build import extension
 from bladesmith.codegen.export.bound import ExportedAlgorithm
 from bladesmith.codegen.export.export import export
+from bladesmith.codegen.export.options import ExportOptions
 from bladesmith.codegen.export.unit import exported_unit
 from bladesmith.codegen.language import Int, Real
 
@@ -32,7 +33,7 @@ MODULES = [(a, m) for a in ("pga3d", "cga2d", "cga3d") for m in modules(a)] if F
 def test_stock_kernels_have_the_bits_of_the_library(algebra: str, module: str, tmp_path: Path) -> None:
     variants = module_variants(algebra, module)
     cases = list(stock_cases(algebra, variants, 10_000))
-    export(variants, "js", tmp_path, "exported")
+    export(variants, tmp_path, ExportOptions("js", "exported"))
     (tmp_path / "main.mjs").write_text(kernels_program(exported_unit("exported", variants), 10_000))
     for case, results in zip(cases, run_driver(NODE, cases, tmp_path), strict=True):
         rows = different_rows(case, results)
@@ -45,7 +46,7 @@ def test_stock_kernels_have_the_bits_of_the_library(algebra: str, module: str, t
 @pytest.mark.parametrize("name", ["everything", "move_again", "digits"])
 def test_algorithms_have_the_bits_of_c(name: str, tmp_path: Path) -> None:
     case = algorithms.algorithm_case(getattr(algorithms, name), algorithms.arguments(name))
-    export([ExportedAlgorithm(name, case.function)], "js", tmp_path, "exported")
+    export([ExportedAlgorithm(name, case.function)], tmp_path, ExportOptions("js", "exported"))
     (tmp_path / "main.mjs").write_text(algorithm_program("exported", name, case.function, case.sizes, algorithms.ITEMS))
     run_program(NODE, case.inputs, tmp_path)
     algorithms.assert_same_results(case, tmp_path)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from bladesmith import codegen, pga3d
-from bladesmith.codegen.export.export import LANGUAGES
+from bladesmith.codegen.export.options import LANGUAGES
 from bladesmith.codegen.language import Real
 from bladesmith.errors import BladesmithError
 

@@ -14,6 +14,7 @@ from bladesmith.codegen import algorithm
 from bladesmith.codegen.build import extension
 from bladesmith.codegen.export.bound import ExportedAlgorithm
 from bladesmith.codegen.export.export import export
+from bladesmith.codegen.export.options import ExportOptions
 from bladesmith.codegen.export.unit import exported_unit
 from bladesmith.codegen.language import Real, sqrt
 
@@ -33,7 +34,7 @@ MODULES = [(a, m) for a in ("pga3d", "cga2d", "cga3d") for m in modules(a)] if F
 def test_stock_kernels_have_the_bits_of_the_library(algebra: str, module: str, dtype: str, tmp_path: Path) -> None:
     variants = module_variants(algebra, module)
     cases = list(stock_cases(algebra, variants, 10_000, np.dtype(dtype)))
-    export(variants, "rust", tmp_path, "exported", dtype)
+    export(variants, tmp_path, ExportOptions("rust", "exported", dtype))
     unit = exported_unit("exported", variants, "f64" if dtype == "float64" else "f32")
     (tmp_path / "main.rs").write_text(kernels_program(unit, 10_000))
     for case, results in zip(cases, run_driver(compile_rust(tmp_path), cases, tmp_path), strict=True):
@@ -46,7 +47,7 @@ def test_stock_kernels_have_the_bits_of_the_library(algebra: str, module: str, d
 @pytest.mark.parametrize("name", ["everything", "move_again", "digits", "wrapping"])
 def test_algorithms_have_the_bits_of_c(name: str, tmp_path: Path) -> None:
     case = algorithms.algorithm_case(getattr(algorithms, name), algorithms.arguments(name))
-    export([ExportedAlgorithm(name, case.function)], "rust", tmp_path, "exported")
+    export([ExportedAlgorithm(name, case.function)], tmp_path, ExportOptions("rust", "exported"))
     (tmp_path / "main.rs").write_text(algorithm_program("exported", name, case.function, case.sizes, algorithms.ITEMS))
     run_program(compile_rust(tmp_path, "-C", "debug-assertions=on"), case.inputs, tmp_path)
     algorithms.assert_same_results(case, tmp_path)
