@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 
 from ..algebra.algebra import Kind
 from ..errors import InputError
@@ -234,5 +235,6 @@ def _struct(kind: Kind, structs: dict[tuple[str, ...], Struct]) -> Struct | None
     if fields not in structs:
         first = next((k.name for k in kind.algebra.kinds.values() if k.blades == kind.blades), kind.name)
         taken = {s.name for s in structs.values()}
-        structs[fields] = Struct(first if first not in taken else f"{first}_{len(fields)}", fields)
+        names = (first if k == 1 else f"{first}_{k}" for k in count(1))  # layouts of many blades share their names
+        structs[fields] = Struct(next(n for n in names if n not in taken), fields)
     return structs[fields]

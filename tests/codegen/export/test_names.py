@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import bladesmith as bs
 from bladesmith import codegen, pga3d
 from bladesmith.codegen.export.options import LANGUAGES
 from bladesmith.codegen.language import Real
@@ -67,3 +70,19 @@ def strange(x: Real) -> Real:
 def test_notes_cannot_end_a_comment(language: str, tmp_path: Path) -> None:
     for path in strange.export(language, tmp_path):
         assert "comment */ here" not in path.read_text()
+
+
+def test_layouts_of_one_name_are_structs_of_their_own(tmp_path: Path) -> None:
+    algebra = bs.algebra(5)
+    shared = [1, 2, 4, 8, 16, 3, 5, 9]
+    kinds = [algebra.layout_of([*shared, other]) for other in (17, 6, 10)]
+    assert {k.name for k in kinds} == {"blades9"}
+
+    @codegen.kernel(*kinds)
+    def added(x, y, z):
+        return x + y + z
+
+    (path,) = added.export("c99", tmp_path)
+    structs = re.findall(r"^\} (\w+);", path.read_text(), re.MULTILINE)
+    assert len(structs) == len(set(structs)) == 4
+    subprocess.run(["gcc", "-std=c99", "-Wall", "-Werror", "-fsyntax-only", path], check=True)
