@@ -202,5 +202,7 @@ def _without_geometry(p: int, q: int, r: int) -> Omission:
     own = {kind: None for _, kinds in same for kind, table in kinds.items() if table["constraints"]}
     names = tuple(own) or ("rotor", "motor", "point", "line", "..")
     where = " and ".join(f"bladesmith.{name}" for name, _ in same)
-    remedy = f"{where} {'have' if len(same) > 1 else 'has'} them" if same else "declare them in a spec, docs/specs.md"
+    remedy = "declare them in a spec, docs/algebra/specs.md"
+    if same:
+        remedy = f"{where} {'have' if len(same) > 1 else 'has'} them"
     return Omission("kinds", names, f"a signature does not say which members count; {remedy}")

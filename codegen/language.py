@@ -1,4 +1,4 @@
-"""Names for the text of algorithms: types for annotations, arrays and functions; see docs/algorithms.md."""
+"""Names for the text of algorithms: types for annotations, arrays and functions; see docs/algebra/algorithms.md."""
 
 from __future__ import annotations
 

@@ -15,16 +15,17 @@ from pathlib import Path
 
 from PIL import Image
 
-PAGE = Path(__file__).resolve().parent / "gallery.md"
-FOLDER = PAGE.parent / "images" / "gallery"
-TRACING = PAGE.parent / "images" / "tracing"
-REGISTRATION = PAGE.parent / "images" / "registration"
-DYNAMICS = PAGE.parent / "images" / "dynamics"
-KINEMATICS = PAGE.parent / "images" / "kinematics"
-SCENES = PAGE.parent.parent / "examples" / "tracing" / "render.py"
-FIGURES = PAGE.parent.parent / "examples" / "registration" / "figures.py"
-MOTIONS = PAGE.parent.parent / "examples" / "dynamics" / "figures.py"
-ROBOTS = PAGE.parent.parent / "examples" / "kinematics" / "figures.py"
+DOCS = Path(__file__).resolve().parent
+PAGE = DOCS / "geometry" / "gallery.md"
+FOLDER = DOCS / "images" / "gallery"
+TRACING = DOCS / "images" / "tracing"
+REGISTRATION = DOCS / "images" / "registration"
+DYNAMICS = DOCS / "images" / "dynamics"
+KINEMATICS = DOCS / "images" / "kinematics"
+SCENES = DOCS.parent / "examples" / "tracing" / "render.py"
+FIGURES = DOCS.parent / "examples" / "registration" / "figures.py"
+MOTIONS = DOCS.parent / "examples" / "dynamics" / "figures.py"
+ROBOTS = DOCS.parent / "examples" / "kinematics" / "figures.py"
 #: A page of many pictures should load quickly.
 MOST_BYTES = 120 * 1024
 COLORS = 256

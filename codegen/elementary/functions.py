@@ -3,7 +3,7 @@
 The text is in the language of algorithms, without branches, but for one: selections compute both sides. As it stands it
 runs on NumPy arrays and scalars, float64 or float32; `compiled` puts it through numba, which is never imported here,
 and through the reader of algorithms, from which `targets.c.elementary` prints templates/c/lib/elementary.h. NumPy
-warns of the branches not taken. Methods: docs/elementary.md.
+warns of the branches not taken. Methods: docs/algebra/elementary.md.
 """
 
 from __future__ import annotations

@@ -134,7 +134,7 @@ def canonicalize_sign(r: Multivector) -> Multivector:
     return rotors.canonicalize_sign(r)
 
 
-#: All of them, by name: what docs/kernels.md lists.
+#: All of them, by name: what docs/algebra/kernels.md lists.
 FUNCTIONS: dict[str, Callable[..., Multivector]] = {
     f.__name__: f
     for f in (

@@ -1,4 +1,4 @@
-"""What runs on which target: declared once, for `bladesmith doctor` and docs/targets.md."""
+"""What runs on which target: declared once, for `bladesmith doctor` and docs/algebra/targets.md."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ TARGETS = (C, NUMBA, NUMPY, CUDA)
 
 
 def markdown_table() -> str:
-    """The table of docs/targets.md."""
+    """The table of docs/algebra/targets.md."""
     rows = [["", *(t.name for t in TARGETS)], ["---"] * (1 + len(TARGETS)), ["needs", *(t.needs for t in TARGETS)]]
     rows += [[what, *(t.programs[name] for t in TARGETS)] for name, what in PROGRAMS.items()]
     return "".join("| " + " | ".join(row).lstrip() + " |\n" for row in rows)

@@ -113,7 +113,7 @@ def _study_of_file(path: Path, changed: int) -> Study:
     study = getattr(module, "STUDY", None)
     if not isinstance(study, Study):
         what = "has no STUDY" if study is None else f"has a STUDY that is {one_line(study)}"
-        remedy = "Write STUDY = bladesmith.benchmarks.Study(...) in it; see docs/studies.md"
+        remedy = "Write STUDY = bladesmith.benchmarks.Study(...) in it; see docs/accuracy/studies.md"
         raise InputError(f"{what}.", where=str(path), remedy=remedy)
     return study
 

@@ -58,7 +58,7 @@ def command(
     kernel or an algorithm of Python, module:name; a robot's file (.urdf, .sdf, .xml, .mjcf); or a file of a mechanism
     or of a Delta robot (.toml), as `bladesmith kinematics` takes it.
 
-    What is exported is yours, without conditions: docs/export.md.
+    What is exported is yours, without conditions: docs/algebra/export.md.
     """
     path, target = Path(source), Target(language, out, name, {"dtype": dtype or "", "split": split})
     derived = {"--derivative": derivatives, "--jacobian": jacobians}

@@ -16,7 +16,7 @@ from . import options
     "--study",
     "names",
     multiple=True,
-    help="Run only this study, or that of your own file mine.py (docs/studies.md); repeatable. Default: all.",
+    help="Run only this study, or that of your own file mine.py (docs/accuracy/studies.md); repeatable. Default: all.",
 )
 @options.flag("--quick", "A tenth of the items and fewer timings.")
 @options.feedback

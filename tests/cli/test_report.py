@@ -30,7 +30,7 @@ def written(path, text):
 
 @pytest.mark.slow
 def test_the_study_of_the_docs(tmp_path, capsys):
-    page = (CHECKOUT / "docs" / "studies.md").read_text(encoding="utf-8")
+    page = (CHECKOUT / "docs" / "accuracy" / "studies.md").read_text(encoding="utf-8")
     own = written(tmp_path / "mine.py", re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0])
     assert main.run(["report", "--quick", "--study", own, "-o", str(tmp_path / "out")]) == 0
     first, second, last = capsys.readouterr().out.splitlines()

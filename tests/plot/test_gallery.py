@@ -15,8 +15,8 @@ MOST_BYTES = 120 * 1024
 
 
 def test_the_gallery_shows_what_its_examples_save() -> None:
-    text = (CHECKOUT / "docs" / "gallery.md").read_text(encoding="utf-8")
-    shown = re.findall(r"!\[[^\]]+\]\(images/gallery/(\w+\.png)\)", text)
+    text = (CHECKOUT / "docs" / "geometry" / "gallery.md").read_text(encoding="utf-8")
+    shown = re.findall(r"!\[[^\]]+\]\(\.\./images/gallery/(\w+\.png)\)", text)
     saved = re.findall(r'^plot\.save\("(\w+\.png)"', text, re.MULTILINE)
     kept = sorted(path.name for path in (CHECKOUT / "docs" / "images" / "gallery").iterdir())
     assert shown == saved and sorted(shown) == kept

@@ -10,7 +10,7 @@ import pytest
 
 from ..support.checkout import CHECKOUT
 
-PAGES = sorted([CHECKOUT / "README.md", *(CHECKOUT / "docs").glob("*.md")])
+PAGES = sorted([CHECKOUT / "README.md", *(CHECKOUT / "docs").rglob("*.md")])
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 #: Packages of the extra `ci` that pages show.
 _NEEDS = {"arrays.md": "jax"}
@@ -51,6 +51,6 @@ def test_the_spec_of_the_docs_generates() -> None:
     from bladesmith.codegen.documents.document import Document
     from bladesmith.codegen.generator import generate
 
-    (text,) = blocks(CHECKOUT / "docs" / "specs.md", "toml")
+    (text,) = blocks(CHECKOUT / "docs" / "algebra" / "specs.md", "toml")
     files = generate(Document("specs.md", text, SpecFile).contents.model_dump(exclude_none=True))
     assert "pga2d_geometric_motor_motor" in files["kernels/products.c"]

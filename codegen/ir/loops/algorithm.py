@@ -30,7 +30,7 @@ _MOST_LOCAL = 1 << 17
 
 
 class Algorithm:
-    """A function in the language of algorithms; see docs/algorithms.md.
+    """A function in the language of algorithms; see docs/algebra/algorithms.md.
 
     Called inside another algorithm's text it is a call there. `reference` runs it as Python.
 

@@ -32,7 +32,7 @@ from .surfaces.functions import curve_algorithms
 DEFERRED = 255
 #: Squared lengths of directions between one over it and it: others are scaled first, and left to the other search.
 PLAIN = 2.0**64
-#: Of four lanes: with eight, more of them wait for others (docs/benchmarks.md, "Rays").
+#: Of four lanes: with eight, more of them wait for others (docs/accuracy/benchmarks.md, "Rays").
 INSTANCE = WIDE[0]
 #: Parameters of the algorithm that all rays share.
 SHARED = ("scene", "integers", "reals")

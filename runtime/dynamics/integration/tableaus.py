@@ -84,7 +84,7 @@ def explicit(rows: Sequence[str], weights: str, order: int, about: str) -> Schem
 
 
 #: Schemes with a fixed step in the chart of the motor, by the names of their integrators: whatever asks for an
-#: integrator by its name, gradients, files and the table of docs/integrators.md follow from here.
+#: integrator by its name, gradients, files and the table of docs/motion/integrators.md follow from here.
 FIXED_SCHEMES = {
     "rkmk4": explicit(
         ("", "1/2", "0 1/2", "0 0 1"), "1/6 1/3 1/3 1/6", 4,
@@ -103,7 +103,7 @@ CLASSICAL = FIXED_SCHEMES["rkmk4"]
 
 
 def scheme_table() -> str:
-    """The table of docs/integrators.md."""
+    """The table of docs/motion/integrators.md."""
     rows = ["| integrator | order | |", "| --- | --- | --- |"]
     rows += [f"| `{name}` | {scheme.order} | {scheme.about} |" for name, scheme in FIXED_SCHEMES.items()]
     return "".join(f"{row}\n" for row in rows)

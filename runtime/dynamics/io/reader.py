@@ -1,4 +1,4 @@
-"""Reader of simulation files (docs/simulations.md): a simulation, and the contents of its pictures.
+"""Reader of simulation files (docs/motion/simulations.md): a simulation, and the contents of its pictures.
 
 Errors name file, line, key and remedy.
 """

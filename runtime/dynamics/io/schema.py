@@ -1,4 +1,4 @@
-"""Schema of simulation files (docs/simulations.md). Imported when one is read: pydantic is slow to import.
+"""Schema of simulation files (docs/motion/simulations.md). Imported when one is read: pydantic is slow to import.
 
 Errors that need the algebra, or more than one key, are found later by `reader`.
 """

@@ -1,4 +1,4 @@
-"""Schema of loads and constraints in simulation files (docs/simulations.md)."""
+"""Schema of loads and constraints in simulation files (docs/motion/simulations.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files of trajectories: NPZ and CSV, whole or not at all, read without executing anything (docs/simulations.md)."""
+"""Files of trajectories (docs/motion/simulations.md): NPZ and CSV, whole or not at all; reading executes nothing."""
 
 from __future__ import annotations
 

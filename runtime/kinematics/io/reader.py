@@ -1,4 +1,4 @@
-"""Reader of mechanism files (docs/mechanisms.md) and files of robots.
+"""Reader of mechanism files (docs/motion/mechanisms.md) and files of robots.
 
 Errors name file, line, key and remedy.
 """

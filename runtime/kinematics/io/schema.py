@@ -1,4 +1,4 @@
-"""The schema of mechanism files (docs/mechanisms.md). Imported when one is read: pydantic is slow to import.
+"""The schema of mechanism files (docs/motion/mechanisms.md). Imported when one is read: pydantic is slow to import.
 
 What needs the algebra, or more than one key, is found later by `document`.
 """

@@ -1,4 +1,4 @@
-"""Files of models: JSON that people can read, with parameters and not coefficients (docs/models.md).
+"""Files of models: JSON that people can read, with parameters and not coefficients (docs/registration/models.md).
 
 Every fault of a file is one line that says path, key and remedy. pydantic is imported only when a file is read.
 """

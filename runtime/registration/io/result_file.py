@@ -1,4 +1,4 @@
-"""JSON files of registrations: the motor, its matrix and all other attributes (docs/registration.md).
+"""JSON files of registrations: the motor, its matrix and all other attributes (docs/registration/registration.md).
 
 Modules that need pydantic are imported when a file is read or written.
 """

@@ -1,4 +1,4 @@
-"""The schema of result files of registrations (docs/registration.md). Imported when one is read: pydantic is slow."""
+"""The schema of result files (docs/registration/registration.md). Imported when one is read: pydantic is slow."""
 
 from __future__ import annotations
 

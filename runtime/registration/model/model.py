@@ -287,7 +287,7 @@ class Model:
     # -- files ---------------------------------------------------------------------------------------------
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a JSON file (docs/models.md), whole or not at all; `load` gives the same model to the last bit.
+        """Write a JSON file, whole or not at all (docs/registration/models.md); `load` gives the same model again.
 
         Raises
         ------
@@ -300,7 +300,7 @@ class Model:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Model:
-        """Read a JSON file (docs/models.md).
+        """Read a JSON file (docs/registration/models.md).
 
         Raises
         ------

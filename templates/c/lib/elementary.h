@@ -6,7 +6,7 @@
  *   STUMPFF0 .. STUMPFF5 (w)                      c_k(w) = sum over n of (-w)^n / (2n + k)!; 4 ulp, c4 and c5 8 ulp
  *   FN(sincos)(x, &s, &c), FN(sinhcosh)(x, &s, &c), FN(stumpff)(w, &c0, &c1, &c2, &c3)
  *
- * Methods and measured errors: docs/elementary.md. The only branch is taken where some lane has a very large argument
+ * Methods and measured errors: docs/algebra/elementary.md. The only branch is taken where some lane has a very large argument
  * of sine or cosine: these are reduced one by one.
  */
 #if BS_BITS == 64

@@ -1,4 +1,4 @@
-"""docs/export.md as a stranger follows it: its command, its program, its compiler's line."""
+"""docs/algebra/export.md as a stranger follows it: its command, its program, its compiler's line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bladesmith.cli.main import run
 
 from ...support.checkout import CHECKOUT
 
-TEXT = (CHECKOUT / "docs" / "export.md").read_text("utf-8")
+TEXT = (CHECKOUT / "docs" / "algebra" / "export.md").read_text("utf-8")
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from bladesmith.dispatch import plans
 from bladesmith.dispatch.specialization import operation_formula
 
 STOCK = ["cga3d", "cga2d", "pga3d"]
-#: The example of docs/specs.md, and one whose kernel on layouts has blades that vanish for members.
+#: The example of docs/algebra/specs.md, and one whose kernel on layouts has blades that vanish for members.
 SPEC = """
 name = "pga2d"
 vectors = ["0", "1", "2"]

@@ -210,7 +210,7 @@ def test_schemes_fulfil_the_conditions_of_their_order_exactly(name):
 
 
 def test_documents_name_all_integrators():
-    text = (CHECKOUT / "docs" / "integrators.md").read_text(encoding="utf-8")
+    text = (CHECKOUT / "docs" / "motion" / "integrators.md").read_text(encoding="utf-8")
     assert scheme_table() in text
     assert not [name for name in INTEGRATORS if f"`{name}`" not in text]
 

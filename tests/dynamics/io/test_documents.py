@@ -35,7 +35,7 @@ def test_examples_run_and_keep_their_energy(path):
 
 
 def test_the_files_of_the_docs_are_simulations(tmp_path):
-    text = (CHECKOUT / "docs" / "simulations.md").read_text(encoding="utf-8")
+    text = (CHECKOUT / "docs" / "motion" / "simulations.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^```toml\n(.*?)^```", text, re.M | re.S)
     assert len(blocks) == 2
     for block in blocks:

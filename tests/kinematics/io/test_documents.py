@@ -278,7 +278,7 @@ def test_joints_are_driven_without_a_tool(motions, tmp_path):
 
 @pytest.mark.compiles
 def test_the_file_of_the_docs_is_a_slider_crank(tmp_path):
-    page = (EXAMPLES.parent.parent / "docs" / "mechanisms.md").read_text()
+    page = (EXAMPLES.parent.parent / "docs" / "motion" / "mechanisms.md").read_text()
     text = page.split("```toml\n")[1].split("```")[0]
     setup = load_mechanism(written(tmp_path, text))
     motion = setup.motion()

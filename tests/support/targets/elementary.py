@@ -19,7 +19,7 @@ PRECISIONS = (64, 32)
 LANES = 16  # the most that an instance has; arrays are padded to it
 EACH = 300  # arguments per range
 FAR = 1500  # binary digits for reducing the largest angles
-#: Promised errors in ulp; docs/elementary.md has the measured ones, which are smaller.
+#: Promised errors in ulp; docs/algebra/elementary.md has the measured ones, which are smaller.
 ULPS = {
     **dict.fromkeys(("sin", "cos", "exp", "log"), 1.0),
     **dict.fromkeys(("sinh", "cosh", "atan2"), 2.0),

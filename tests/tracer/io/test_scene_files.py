@@ -287,7 +287,7 @@ def test_messages_name_surfaces(load):
 
 
 def test_the_scenes_of_the_docs(load):
-    page = (CHECKOUT / "docs" / "scenes.md").read_text(encoding="utf-8")
+    page = (CHECKOUT / "docs" / "geometry" / "scenes.md").read_text(encoding="utf-8")
     first, second = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     assert [s.kind for s in load(first, head="").surfaces] == ["sphere", "evolved_circles"]
     assert load(second).surfaces[0].program_kind == "evolved_circles_3"

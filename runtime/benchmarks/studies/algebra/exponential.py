@@ -20,5 +20,5 @@ STUDY = exponentials.study(
         precise.exponential(b) for b in precise.multivectors(cga3d.kind(m.bivector_kind), m.bivectors)
     ],
     error=exponentials.exp_error,
-    source="thesis 6.2 and 2.5; Stumpff functions: docs/elementary.md",
+    source="thesis 6.2 and 2.5; Stumpff functions: docs/algebra/elementary.md",
 )

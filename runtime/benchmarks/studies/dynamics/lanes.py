@@ -43,7 +43,7 @@ STUDY = integrators.study(
         ),
     ),
     count=COUNT,
-    source="docs/algorithms.md, several items at once",
+    source="docs/algebra/algorithms.md, several items at once",
     notes=f"A point is a motion. Batches of fewer than {WIDE_BATCH} bodies run one at a time, larger ones several "
     "at once, as many as a vector has lanes; the states are the same bits, and so the errors are equal.",
 )
