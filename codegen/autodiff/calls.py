@@ -7,13 +7,14 @@ are reshaped.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, ShapeError
+from ..algebra.algebra import Kind
+from ..errors import AlgebraMismatchError, InputError, KindError, ShapeError
 from ..execute.reductions.sums import run_sums
 
 
@@ -66,17 +67,37 @@ def run(call: Call, kernel: Any, *operands: Any) -> list[Any]:
     return [np.asarray(f).reshape(shape).astype(dtype, copy=False) for f, (shape, dtype) in pairs]
 
 
-def named(kernel: Any, arguments: Sequence[Any]) -> Iterable[tuple[Any, str]]:
-    """The arguments with their names.
+def coefficients(kernel: str, value: Any, kind: Kind, argument: str) -> Any:
+    """Coefficients of a multivector on the blades of a kind; any other value as it is.
 
     Raises
     ------
-    InputError
-        If there are more or fewer.
+    AlgebraMismatchError, KindError
+        If it is of another algebra, or not of the kind.
     """
-    if len(arguments) != len(kernel.kinds):
+    if not hasattr(value, "as_kind"):
+        return value
+    if value.algebra is not kind.algebra:
+        raise AlgebraMismatchError(f"{kernel}: {argument} belongs to {value.algebra.name}, not to {kind.algebra.name}.")
+    try:
+        return value.as_kind(kind).values
+    except KindError as error:
+        raise KindError(f"{kernel}: argument {argument}: {error}") from None
+
+
+def positional(kernel: Any, arguments: Sequence[Any], by_name: Mapping[str, Any]) -> list[Any]:
+    """The arguments in the declared order, multivectors as their coefficients.
+
+    Raises
+    ------
+    InputError, AlgebraMismatchError, KindError
+        If there are more or fewer; if a multivector is not of its argument's kind.
+    """
+    rest = kernel.arguments[len(arguments) :]
+    if len(arguments) + len(by_name) != len(kernel.kinds) or set(by_name) != set(rest):
         raise InputError(f"{kernel.name} takes {len(kernel.kinds)} arguments ({', '.join(kernel.arguments)}).")
-    return zip(arguments, kernel.arguments, strict=True)
+    whole = zip((*arguments, *(by_name[name] for name in rest)), kernel.kinds, kernel.arguments, strict=True)
+    return [coefficients(kernel.name, value, kind, name) for value, kind, name in whole]
 
 
 def rows_of(kernel: Any, arrays: Sequence[Any]) -> list[Any]:

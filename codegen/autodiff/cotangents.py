@@ -36,7 +36,7 @@ def run_summed(kernel: Binding, arrays: Sequence[Any], leads: Sequence[tuple[int
     if items != lead:
         raise ShapeError(f"{kernel.symbol}: cotangents of items of shape {items} are more than there are values.")
     return [
-        r.reshape(*own, -1) if total or own == lead else summed_to(r, own)
+        r if own == lead else r.reshape(*own, -1) if total else summed_to(r, own)
         for r, own, total in zip(found, leads, is_total, strict=True)
     ]
 
@@ -50,4 +50,4 @@ def summed_to(value: Array, lead: tuple[int, ...]) -> Array:
     kept = [i for i in range(value.ndim) if i not in axes]
     rows = np.ascontiguousarray(value.transpose(*axes, *kept))
     rows = rows.reshape(math.prod(value.shape[i] for i in axes), -1)
-    return sum_items(rows).astype(value.dtype).reshape(*lead, value.shape[-1])
+    return sum_items(rows).reshape(*lead, value.shape[-1])

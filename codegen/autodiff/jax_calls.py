@@ -10,13 +10,16 @@ from typing import Any
 from ..build.extension import load
 from ..errors import CompileError, CompilerMissingError
 from ..execute.arrays import PLAN_INPUTS, PLAN_OUTPUTS, AddedKernel, Binding, BoundKernel
+from ..execute.reductions.sums import BLOCK, LANES
 from ..targets.c.source import ExtensionSource
 from ..targets.templates import render
 
 #: The one target: an attribute names the kernel.
 TARGET = "bladesmith_kernel"
+#: What it calls of the extension of kernels that are made at run time.
+_FUNCTIONS = ("bs_run", "bs_run_sums", "bs_fold", "bs_join")
 _DECLARATIONS = """
-void bs_jax_start(void *run, void *sums);
+void bs_jax_start(void *run, void *sums, void *fold, void *join);
 int bs_jax_add(int64_t key, int kernel);
 void *bs_jax_call(void *frame);
 """
@@ -29,7 +32,8 @@ class Calls:
         import jax
         import jaxlib
 
-        text = render("jax_calls.c.j2").replace("XLA_FFI_Error *bs_jax_call(", "void *bs_jax_call(")
+        text = render("jax_calls.c.j2", block=BLOCK, lanes=LANES)
+        text = text.replace("XLA_FFI_Error *bs_jax_call(", "void *bs_jax_call(")
         options = (f"-I{jax.ffi.include_dir()}", f'-DBS_JAXLIB="{jaxlib.__version__}"')
         module = load(ExtensionSource("jax_calls", _DECLARATIONS, text, {}, options))
         self.lib, self.ffi = module.lib, module.ffi
@@ -47,7 +51,7 @@ class Calls:
         key = int.from_bytes(digest[:8], "little", signed=True)
         with self._lock:
             if key not in self._known:
-                pointers = [library.ffi.addressof(library.lib, name) for name in ("bs_run", "bs_run_sums")]
+                pointers = [library.ffi.addressof(library.lib, name) for name in _FUNCTIONS]
                 numbers = [int(library.ffi.cast("intptr_t", p)) for p in pointers]
                 self.lib.bs_jax_start(*(self.ffi.cast("void *", n) for n in numbers))
                 if not self.lib.bs_jax_add(key, kernel.index):

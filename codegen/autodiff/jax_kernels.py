@@ -19,7 +19,8 @@ from jax.interpreters import ad, batching, mlir
 
 from ..errors import InputError
 from ..execute.arrays import broadcast_leads
-from .calls import Call, call_of, named, rows_of, run, shaped, shapes, tables
+from ..status import Status
+from .calls import Call, call_of, positional, rows_of, run, shaped, shapes, tables
 from .jax_calls import TARGET, key_of
 
 _primitive = Primitive("bladesmith_kernel")
@@ -140,9 +141,17 @@ def _batch(operands: Sequence[Any], axes: Sequence[Any], *, call: Call) -> Any:
         if n is not None:
             value = value.reshape(length, n, *value.shape[1:])
             if summed:
-                value = value.max(1) if output.role == "status" else value.sum(1)
+                value = _first_code(value) if output.role == "status" else value.sum(1)
         found.append(value)
     return found, [0] * len(found)
+
+
+def _first_code(codes: Any) -> Any:
+    """The status of each sum (m, n): see `execute.reductions.sums`."""
+    failed = (codes != Status.OK) & (codes != Status.NOT_UNIQUE)
+    codes = jnp.where(failed.any(1, keepdims=True) & ~failed, 0, codes)  # where one failed, the others do not count
+    codes = jnp.pad(codes, ((0, 0), (0, 1)))  # of no items OK
+    return jnp.take_along_axis(codes, jnp.argmax(codes != Status.OK, 1, keepdims=True), 1)[:, 0]
 
 
 batching.primitive_batchers[_primitive] = _batch
@@ -153,19 +162,25 @@ batching.primitive_batchers[_primitive] = _batch
 
 def jax_function(kernel: Any) -> Callable[..., Any]:
     """A declared kernel as a function of JAX arrays: see `KernelFunction.jax`."""
-    def call(*arguments: Any) -> Any:
-        operands, lead = _operands(kernel, arguments)
+
+    def of_arrays(*arrays: Any) -> Any:
+        operands, lead = _operands(kernel, arrays)
         return shaped(kernel, _bind(call_of(kernel, lead), operands), lead)
+
+    of_arrays.__name__ = of_arrays.__qualname__ = kernel.name  # in JAX's messages and texts
+    compiled = jax.jit(of_arrays)
+
+    def call(*arguments: Any, **by_name: Any) -> Any:
+        return compiled(*positional(kernel, arguments, by_name))
 
     call.__name__ = call.__qualname__ = kernel.name
     call.__doc__ = kernel.__doc__
-    function: Callable[..., Any] = jax.jit(call)
-    return function
+    return call
 
 
-def _operands(kernel: Any, arguments: Sequence[Any]) -> tuple[list[Any], tuple[int, ...]]:
+def _operands(kernel: Any, given: Sequence[Any]) -> tuple[list[Any], tuple[int, ...]]:
     """Tables of rows, or rows that all items share; and the shape of the items."""
-    arrays = [_array(a, n) for a, n in named(kernel, arguments)]
+    arrays = [_array(a, n) for a, n in zip(given, kernel.arguments, strict=True)]
     dtype = jnp.result_type(*arrays)
     sized = rows_of(kernel, [a.astype(dtype) for a in arrays])
     lead = broadcast_leads([tuple(a.shape[:-1]) for a in sized], kernel.name)
@@ -174,7 +189,7 @@ def _operands(kernel: Any, arguments: Sequence[Any]) -> tuple[list[Any], tuple[i
 
 def _array(value: Any, name: str) -> Any:
     """A JAX array of float32 or float64: integers and numbers of Python become floats."""
-    array = jnp.asarray(value.values if hasattr(value, "as_kind") else value)
+    array = jnp.asarray(value)
     if array.dtype in (jnp.float32, jnp.float64):
         return array
     if jnp.issubdtype(array.dtype, jnp.integer):

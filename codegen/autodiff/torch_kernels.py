@@ -14,7 +14,7 @@ import torch
 
 from ..errors import InputError
 from ..execute.arrays import broadcast_leads
-from .calls import Call, call_of, items, named, rows_of, run, shaped, shapes, tables
+from .calls import Call, call_of, items, positional, rows_of, run, shaped, shapes, tables
 
 _calls: list[Call] = []
 _numbers: dict[Call, int] = {}
@@ -76,8 +76,9 @@ _operator.register_autograd(_backward, setup_context=_keep)
 def torch_function(kernel: Any) -> Callable[..., Any]:
     """A declared kernel as a function of tensors: see `KernelFunction.torch`."""
 
-    def call(*arguments: Any) -> Any:
-        tensors = [_tensor(a, n) for a, n in named(kernel, arguments)]
+    def call(*arguments: Any, **by_name: Any) -> Any:
+        given = positional(kernel, arguments, by_name)
+        tensors = [_tensor(a, n) for a, n in zip(given, kernel.arguments, strict=True)]
         dtype = torch.float64 if any(t.dtype == torch.float64 for t in tensors) else torch.float32
         sized = rows_of(kernel, [t.to(dtype) for t in tensors])
         lead = broadcast_leads([tuple(t.shape[:-1]) for t in sized], kernel.name)
@@ -91,8 +92,7 @@ def torch_function(kernel: Any) -> Callable[..., Any]:
 
 def _tensor(value: Any, name: str) -> torch.Tensor:
     """A tensor of float32 or float64 on the host."""
-    own = value.values if hasattr(value, "as_kind") else value
-    tensor = own if isinstance(own, torch.Tensor) else torch.as_tensor(np.asarray(own))
+    tensor = value if isinstance(value, torch.Tensor) else torch.from_numpy(np.require(value, requirements=("C", "W")))
     if tensor.device.type != "cpu":
         what = f"{name} is on {tensor.device}, and kernels are called on the CPU"
         raise InputError(what, remedy="Move it: x.cpu()")

@@ -409,7 +409,11 @@ def native_array(value: Any) -> Array:
     ------
     ValueError
         If its rows are of several lengths.
+    InputError
+        If it masks some of its numbers.
     """
+    if type(value) is not np.ndarray and isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise InputError("an array masks some of its numbers.", remedy="Fill them first: x.filled(value)")
     array = np.asarray(value)
     if not array.dtype.isnative:
         return array.astype(array.dtype.newbyteorder("="))

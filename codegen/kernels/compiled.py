@@ -10,8 +10,9 @@ import numpy as np
 
 from ..algebra.algebra import Algebra, Kind
 from ..algebra.multivector import Multivector
+from ..autodiff.calls import coefficients
 from ..compiler import as_written, bind_kernel, compile_declared, optimise_quickly, print_source
-from ..errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
+from ..errors import CompilerMissingError, InputError, TraceError
 from ..execute.arrays import BoundKernel, native_array
 from ..execute.reductions.sums import run_sums, sum_items
 from ..ir.graph import Graph, Node
@@ -176,7 +177,7 @@ class CompiledKernel(DeclaredFormula):
         results = self.traced.reference(NumericRing(arrays[0].dtype), columns)
         stacked = tuple(np.stack([np.broadcast_to(v, lead) for v in r], -1) for r in results)
         if self.reduce:
-            stacked = tuple(sum_items(rows.reshape(-1, rows.shape[-1])).astype(rows.dtype) for rows in stacked)
+            stacked = tuple(sum_items(rows.reshape(-1, rows.shape[-1])) for rows in stacked)
         is_proved = not self.reduce and self._is_proved(arguments)
         return self._wrap(stacked[0] if len(stacked) == 1 else stacked, owner, is_proved)
 
@@ -249,15 +250,8 @@ class CompiledKernel(DeclaredFormula):
         owner, arrays = None, []
         for value, kind, argument in zip(arguments, self.kinds, self.arguments, strict=True):
             if hasattr(value, "as_kind"):
-                if value.algebra is not kind.algebra:
-                    raise AlgebraMismatchError(
-                        f"{self.name}: {argument} belongs to {value.algebra.name}, not to {kind.algebra.name}."
-                    )
+                arrays.append(coefficients(self.name, value, kind, argument))
                 owner = owner or value.algebra
-                try:
-                    arrays.append(value.as_kind(kind).values)
-                except KindError as error:
-                    raise KindError(f"{self.name}: argument {argument}: {error}") from None
             else:
                 arrays.append(native_array(value))
         dtypes = {a.dtype for a in arrays}

@@ -45,6 +45,7 @@ class DifferentiableKernel(CompiledKernel):
         callable
             Takes a cotangent of each value (statuses have none), of its shape or one that broadcasts to it, and returns
             a tuple with one of each input, of its shape: what was broadcast has the sum over the items that share it.
+            It reads the inputs when it is called: an array that has changed since then is another input.
             Cotangents are coefficients beside coefficients, in the kinds' order: the change of the paired sum when a
             coefficient changes, the others kept, whatever a kind's constraints say. NaN where there is no value.
         """

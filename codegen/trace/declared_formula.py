@@ -95,6 +95,7 @@ class DeclaredFormula:
             raise TraceError(f"{name} has no arguments: it is a constant and needs no kernel.")
         self.__doc__ = formula.__doc__
         self.__name__ = name
+        self.__module__ = formula.__module__
         self._derived: dict[tuple[str, ...], Self] = {}
         self._lock = RLock()
         self._traced: Kernel | None = None
@@ -115,6 +116,10 @@ class DeclaredFormula:
                         layouts=self.layouts,
                     )
         return self._traced
+
+    def __reduce__(self) -> str:
+        """Pickled as functions are: by module and name."""
+        return str(getattr(self.formula, "__qualname__", self.name))
 
     def declared_parts(self) -> list[Any]:
         """What it is traced from: see `reached_text`."""

@@ -239,19 +239,24 @@ static void bs_add_float(ptrdiff_t n, double *restrict sums, double *restrict er
   for (ptrdiff_t i = 0; i < n; i++) { BS_ADD((double)values[i]); }
 }
 
-static void bs_fold_lanes(ptrdiff_t width, ptrdiff_t size, double *restrict sums, double *restrict errors)
+/* The sum of `count` rows of numbers, `step` apart, with its errors, in place of the first: halves are added to each other. */
+void bs_fold(ptrdiff_t count, ptrdiff_t size, ptrdiff_t step, double *sums, double *errors)
 {
-  for (ptrdiff_t half = width / 2; half; half /= 2) {
-    for (ptrdiff_t i = 0; i < half * size; i++) {
-      const double other = sums[half * size + i];
-      BS_ADD(other);
-      errors[i] += errors[half * size + i];
+  while (count > 1) {
+    const ptrdiff_t half = (count + 1) / 2;
+    for (ptrdiff_t row = half; row < count; row++) {
+      for (ptrdiff_t k = 0; k < size; k++) {
+        const ptrdiff_t i = (row - half) * step + k, j = row * step + k;
+        BS_ADD(sums[j]);
+        errors[i] += errors[j];
+      }
     }
+    count = half;
   }
 }
 
 /* The first status with which there is no value, else NOT_UNIQUE where there is one. */
-static unsigned char bs_join(unsigned char code, const unsigned char *codes, ptrdiff_t n)
+unsigned char bs_join(unsigned char code, const unsigned char *codes, ptrdiff_t n)
 {
   for (ptrdiff_t i = 0; i < n && (!code || code == 3); i++) code = codes[i] && !(code && codes[i] == 3) ? codes[i] : code;
   return code;
@@ -294,7 +299,7 @@ void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff
       const ptrdiff_t size = sizes[o];
       if (rows[o] || !size) continue;
       double *const lane = (double *)lanes[o], *const found = (double *)sums[o] + 2 * size * block;
-      bs_fold_lanes(width, size, lane, lane + width * size);
+      bs_fold(width, size, size, lane, lane + width * size);
       memcpy(found, lane, size * sizeof(double));
       memcpy(found + size, lane + width * size, size * sizeof(double));
     }

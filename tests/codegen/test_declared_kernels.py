@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -15,6 +16,11 @@ from bladesmith import pga3d as pga
 from bladesmith.codegen.algebra.multivector import Multivector
 from bladesmith.codegen.errors import InputError, KindError, TraceError
 from bladesmith.codegen.trace.outputs import status
+
+
+@codegen.kernel(cga.kind("point"))
+def double(x: Any) -> Any:
+    return 2 * x
 
 
 def scalar_kernel(formula: Callable[..., Any], count: int = 1, name: str = "f") -> Any:
@@ -244,3 +250,10 @@ def test_plans_read_their_own_arrays() -> None:
     plan.arrays[0][...] = 5.0  # an argument that had to be converted was copied: this is the copy
     plan()
     assert plan.results[0].ravel().tolist() == [15.0] * 5
+
+
+def test_kernels_are_pickled_by_name() -> None:
+    assert pickle.loads(pickle.dumps(double)) is double
+    inner = codegen.kernel(cga.kind("point"), name="inner")(lambda x: 3 * x)
+    with pytest.raises((pickle.PicklingError, AttributeError)):
+        pickle.dumps(inner)

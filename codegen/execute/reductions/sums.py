@@ -65,19 +65,29 @@ def run_sums(
         make = _compiled if _is_compiled(kernel, dtype) else _written
         parallel_for(make(kernel, prepared, n, sums, is_summed), blocks, FIRST_BLOCKS)
     results = [
-        s if not summed else _first_code(s) if o.is_status else _total(s).astype(dtype)
+        s if not summed else _first_code(s) if o.is_status else _rounded(_total(s), dtype)
         for s, o, summed in zip(sums, kernel.outputs, is_summed, strict=True)
     ]
     return results, lead
 
 
 def sum_items(values: Array) -> Array:
-    """The sum over the first axis of an array (n, size), in the order and precision of `run_sums`."""
-    blocks = -(-len(values) // BLOCK)
-    sums = np.zeros((blocks, 2, values.shape[1]))
-    for block in range(blocks):
-        sums[block] = _block_sum(values[block * BLOCK : (block + 1) * BLOCK])
-    return _total(sums)
+    """The sum over the first axis of an array (n, size), in the order, precision and type of `run_sums`."""
+    blocks, width = -(-len(values) // BLOCK), values.shape[1]
+    total = np.empty(width)
+    for begin in range(0, width, BLOCK):  # wide rows in parts, so that lanes of them stay small
+        part = values[:, begin : begin + BLOCK]
+        sums = np.zeros((blocks, 2, part.shape[1]))
+        for block in range(blocks):
+            sums[block] = _block_sum(part[block * BLOCK : (block + 1) * BLOCK])
+        total[begin : begin + BLOCK] = _total(sums)
+    return _rounded(total, values.dtype)
+
+
+def _rounded(total: Array, dtype: Any) -> Array:
+    """Sums in the type of results: infinite where they are too large for it."""
+    with np.errstate(over="ignore"):
+        return total.astype(dtype)
 
 
 def _is_compiled(kernel: Binding, dtype: Any) -> bool:
@@ -91,9 +101,7 @@ def _is_compiled(kernel: Binding, dtype: Any) -> bool:
     )
 
 
-def _compiled(
-    kernel: Any, arrays: Sequence[Array], n: int, sums: Sequence[Array], is_summed: Sequence[bool]
-) -> Part:
+def _compiled(kernel: Any, arrays: Sequence[Array], n: int, sums: Sequence[Array], is_summed: Sequence[bool]) -> Part:
     ffi, run = kernel.library.ffi, kernel.library.lib.bs_run_sums
     dtype = arrays[0].dtype
     sizes = [o.size for o in kernel.outputs]
@@ -144,10 +152,11 @@ def _first_code(codes: Array) -> Array:
 
 def _block_sum(values: Array) -> Array:
     """Sums (size,) of the rows of a block, and of their rounding errors: lanes, then pairs of lanes."""
-    rows = np.zeros((-(-len(values) // LANES) * LANES, values.shape[1]))
+    lanes = min(LANES, 1 << (len(values) - 1).bit_length())  # the others would be zero
+    rows = np.zeros((-(-len(values) // lanes) * lanes, values.shape[1]))
     rows[: len(values)] = values
-    sums = np.zeros((2, LANES, values.shape[1]))
-    for row in rows.reshape(-1, LANES, values.shape[1]):
+    sums = np.zeros((2, lanes, values.shape[1]))
+    for row in rows.reshape(-1, lanes, values.shape[1]):
         sums = _add(sums, np.stack([row, np.zeros_like(row)]))
     return _pairs(sums)
 

@@ -27,6 +27,8 @@ __all__ = [
 
 #: What the extension that calls kernels which are made at run time has besides.
 _ADDED = """int bs_add_kernel(const void *unit);
+void bs_fold(ptrdiff_t count, ptrdiff_t size, ptrdiff_t step, double *sums, double *errors);
+unsigned char bs_join(unsigned char code, const unsigned char *codes, ptrdiff_t n);
 void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t n, ptrdiff_t length, ptrdiff_t width,
     int count, const ptrdiff_t *sizes, const ptrdiff_t *rows, void *const *tiles, void *const *lanes, void *const *sums,
     int operands, const void *const *ins, const ptrdiff_t *strides);

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bladesmith import Status, codegen
 from bladesmith import cga3d as cga
-from bladesmith import codegen
-from bladesmith.codegen.errors import InputError, ShapeError
+from bladesmith import pga3d as pga
+from bladesmith.codegen.errors import AlgebraMismatchError, InputError, KindError, ShapeError
+from bladesmith.codegen.execute.reductions.sums import BLOCK
 from bladesmith.codegen.trace.outputs import status
 
 pytestmark = pytest.mark.peers
@@ -39,6 +41,17 @@ def total(a: Any, b: Any) -> Any:
 @codegen.kernel(codegen.scalar, algebra=cga)
 def root(a: Any) -> Any:
     return codegen.sqrt(a), status(codegen.select(a > 0, a.constant(0), a.constant(6)))
+
+
+@codegen.kernel(codegen.numbers(2), algebra=cga, reduce="sum")
+def pairs(a: Any) -> Any:
+    return codegen.row([a[0], a[1]])
+
+
+@codegen.kernel(codegen.scalar, algebra=cga, reduce="sum")
+def roots(a: Any) -> Any:
+    code = codegen.select(a > 5, a.constant(Status.NOT_UNIQUE), a.constant(Status.OK))
+    return codegen.sqrt(a), status(codegen.select(a > 0, code, a.constant(Status.SINGULAR)))
 
 
 M = cga.rotor((0, 0, 1), 0.5, point=(1, 0, 0)).as_kind("motor").values
@@ -127,6 +140,33 @@ def test_statuses_and_types(jax: Any) -> None:
         move.jax()(np.ones((3, 8)), X)
     with pytest.raises(InputError, match="2 arguments"):
         move.jax()(X)
+
+
+def test_multivectors_are_taken_on_the_blades_of_the_argument(jax: Any) -> None:
+    rotor = cga.rotor((0, 0, 1), 0.5, point=(1, 0, 0))  # has fewer blades than a motor
+    points = cga.point(np.random.default_rng(0).normal(size=(6, 3)))
+    np.testing.assert_array_equal(move.jax()(x=points, m=rotor), move(M, X))
+    with pytest.raises(KindError, match="argument x"):
+        move.jax()(rotor, cga.multivector(np.ones(10), grades=[2]))
+    with pytest.raises(AlgebraMismatchError, match="m belongs to pga3d"):
+        move.jax()(pga.random("motor", seed=1), points)
+    with pytest.raises(InputError, match="2 arguments"):
+        move.jax()(rotor, points, m=rotor)
+
+
+def test_sums_have_the_bits_and_statuses_of_the_kernel(jax: Any) -> None:
+    rng = np.random.default_rng(1)
+    for n in (0, 1, BLOCK, 2 * BLOCK + 3):
+        rows = rng.normal(size=(n, 2)) * 10.0 ** rng.integers(-9, 9, (n, 1))
+        np.testing.assert_array_equal(pairs.jax()(rows), pairs(rows))
+        np.testing.assert_array_equal(pairs.jax()(rows.astype(np.float32)), pairs(rows.astype(np.float32)))
+    values = np.array([[9.0, 4.0, -1.0, 9.0], [1.0, 9.0, 2.0, 1.0], [-1.0, 1.0, -2.0, 9.0], [1.0, 1.0, 1.0, 1.0]])
+    codes = [int(roots(row)[1]) for row in values]
+    assert codes == [Status.SINGULAR, Status.NOT_UNIQUE, Status.SINGULAR, Status.OK]
+    assert jax.vmap(roots.jax())(values)[1].tolist() == codes == [int(roots.jax()(row)[1]) for row in values]
+    assert jax.vmap(roots.jax())(values[:, :0])[1].tolist() == [0] * 4
+    late = np.r_[np.ones(BLOCK), -1.0]
+    assert roots.jax()(late)[1] == roots(late)[1] == Status.SINGULAR
 
 
 def test_where_nothing_is_compiled_python_is_called(jax: Any, monkeypatch: pytest.MonkeyPatch) -> None:

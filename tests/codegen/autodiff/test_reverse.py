@@ -110,6 +110,8 @@ def test_wrong_calls_are_refused() -> None:
         kernel.vjp(np.ones(2), 2.0)(np.ones((5, 2, 1)))
     with pytest.raises(TraceError, match="no argument 'c'"):
         kernel.pullback("c")
+    with pytest.raises(InputError, match="masks some"):
+        kernel.vjp(np.ones(2), 2.0)(np.ma.masked_array(np.ones((2, 1)), [[False], [True]]))
 
 
 def test_what_is_shared_has_the_sum() -> None:
@@ -125,6 +127,8 @@ def test_what_is_shared_has_the_sum() -> None:
     da, db = kernel.vjp(a[:, 0], b[0])(g[:, 0])
     np.testing.assert_allclose(db, (a ** np.arange(1, 3) * g[:, 0]).sum(0), rtol=1e-12)
     assert da.shape == (5000,) and kernel.vjp(2.0, b[0])(g[0, 0])[0].shape == ()
+    empty = kernel.vjp(2.0, np.ones((1, 0, 2)))(np.ones((1, 0, 2)))
+    assert empty[0] == 0 and empty[1].shape == (1, 0, 2)
     assert kernel.vjp(np.ones((0, 1)), b)(np.ones((0, 3, 2)))[1].tolist() == np.zeros((3, 2)).tolist()
 
 

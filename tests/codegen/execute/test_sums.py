@@ -1,13 +1,14 @@
 """Kernels that sum over all items: against exact sums of what the same kernel gives for single items."""
 
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
 
 import bladesmith as bs
 from bladesmith import Status, cga3d, codegen
-from bladesmith.codegen.execute.reductions.sums import BLOCK, LANES
+from bladesmith.codegen.execute.reductions.sums import BLOCK, LANES, sum_items
 from bladesmith.codegen.trace.outputs import status
 from bladesmith.errors import InputError, TraceError
 
@@ -122,6 +123,21 @@ def test_numbers_that_are_not_finite():
         found = total.on(target)(x, t)
         assert found[0] == np.inf and found[1] == -np.inf and np.isnan(found[2:4]).all()
         assert (found[4:] == BLOCK + 2).all()
+
+
+def test_sums_of_few_wide_rows_need_no_more_memory_than_they_have():
+    values = np.random.default_rng(11).normal(size=(3, 200_000))
+    tracemalloc.start()
+    found = sum_items(values)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 3 * values.nbytes
+    assert found[:99].tolist() == [math.fsum(column) for column in values[:, :99].T]
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_sum_beyond_single_precision_is_infinite():
+    assert total(np.full((2, 10), 3e38, np.float32), np.ones(2, np.float32)).tolist() == [np.inf] * 10
 
 
 def test_the_status_of_a_sum():
