@@ -79,7 +79,7 @@ def versor_inverse(x: Multivector) -> Multivector:
 
 
 def norm(x: Multivector) -> Multivector:
-    """sqrt |<x ~x>_0|."""
+    """``sqrt |<x ~x>_0|``."""
     return versors.norm(x)
 
 

@@ -62,7 +62,7 @@ class Multivector(Operators):
     @overload
     def norm(self, *, status: Literal[True], strict: bool = ...) -> tuple[NDArray[Any], Statuses]: ...
     def norm(self, *, status: bool = False, strict: bool = False) -> NDArray[Any] | tuple[NDArray[Any], Statuses]:
-        """sqrt |<x ~x>_0| of each item; (norm, status) if requested, and with ``strict`` an error instead of NaN."""
+        """``sqrt |<x ~x>_0|`` of each item; (norm, status) if requested, ``strict`` raises instead of giving NaN."""
         return array_result(norms.norm(self), self._status, "norm", status, strict)
 
     def normalized(

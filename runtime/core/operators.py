@@ -76,7 +76,7 @@ class Operators(MultivectorData):
         return _product("outer", self, other)
 
     def inner(self, other: Self | Number) -> Self:
-        """Inner product ``a | b`` of the thesis: the part of grade |r - s|, zero with scalars."""
+        """Inner product ``a | b`` of the thesis: the part of grade ``|r - s|``, zero with scalars."""
         return _product("inner", self, other)
 
     def sandwich(self, other: Self | Number) -> Self:

@@ -24,10 +24,10 @@ def map_motor(phi: Multivector, map: str = "exponential", strict: bool = False) 
     phi : Multivector, shape (...)
         Twist bivectors w I3 + v n of CGA or PGA.
     map : str
-        "exponential": exp(-Phi/2), a screw motion by the angle |w|. "bortz": the same on orientations, with the
+        "exponential": exp(-Phi/2), a screw motion by the angle ``|w|``. "bortz": the same on orientations, with the
         position of the origin separate: (1 - v n/2) exp(-w I3/2). "cayley": (1 - Phi)(1 + Phi)^-1, near exp(-2 Phi),
-        with |w| = tan(angle/4). "outer": (1 + Phi + Phi ^ Phi/2)/sqrt(1 + w^2), near exp(Phi), with
-        |w| = tan(angle/2).
+        with ``|w|`` = tan(angle/4). "outer": (1 + Phi + Phi ^ Phi/2)/sqrt(1 + w^2), near exp(Phi), with
+        ``|w|`` = tan(angle/2).
 
     Returns
     -------

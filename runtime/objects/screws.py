@@ -47,8 +47,8 @@ def screw(s: Multivector, strict: bool = False) -> Screw:
     -------
     Screw
         Named tuple (axis, pitch, magnitude) with ``.status`` per item. ``axis`` is a unit line, ``pitch`` the
-        advance per radian along it, ``magnitude`` |m|. A pure translation by the bivector t n_inf has no axis of its
-        own: `NOT_UNIQUE`, the line through the origin along t, infinite pitch, magnitude |t|. Zero is `SINGULAR`.
+        advance per radian along it, ``magnitude`` ``|m|``. A translation by the bivector t n_inf has no axis of its
+        own: `NOT_UNIQUE`, the line through the origin along t, infinite pitch, magnitude ``|t|``. Zero is `SINGULAR`.
 
     Raises
     ------

@@ -132,7 +132,7 @@ def log(
     ----------
     x : Multivector, shape (...)
     shortest : bool
-        True: of x and -x, the same pose, the one whose angle |w| is at most pi. False: the angle is in [0, 2 pi), as
+        True: of x and -x, one pose, that whose angle ``|w|`` is at most pi. False: the angle is in [0, 2 pi), as
         the sign of the motor says; `exp` is undone. A full turn has its axis through the origin along its translation,
         or along e3: `NOT_UNIQUE`.
     status, strict : bool

@@ -120,7 +120,7 @@ class SymbolicMultivector(Multivector):
         return self.new(exponential.exp(self).terms)
 
     def norm(self) -> Any:
-        """The expression sqrt |<x ~x>_0|."""
+        """The expression ``sqrt |<x ~x>_0|``."""
         return sympy.simplify(expressions.to_sympy(sqrt(absolute((self * ~self).grade(0))).scalar()))
 
     def normalized(self) -> Self:

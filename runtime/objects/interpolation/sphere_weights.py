@@ -48,7 +48,7 @@ def sphere_weights(
     array (...)
         a = w r/sum(w r), along ``axis``: `average(X, a)` and `interpolate` of unit spheres then follow thesis 3.11,
         whose spheres are weighted S* . n_inf = -1, and for which alone its radii hold:
-        r^2 = sum w r_i^2 - sum_{i<j} w_i w_j |c_i - c_j|^2. NaN for sums that are zero, or hold a plane or a bad item.
+        ``r^2 = sum w r_i^2 - sum_{i<j} w_i w_j |c_i - c_j|^2``. NaN for sums of zero, or with a plane or bad item.
 
     Notes
     -----

@@ -143,7 +143,7 @@ def estimate_rotor(
         Matched objects: equally many of each kind, in the same order.
     method : "direct", "optimize" or "linear"
         "direct": Algorithm 1. "optimize": least cost by quasi-Newton steps in the space of bivectors, with an analytic
-        gradient. "linear": the least sum of |R X - Y R|^2, and from there the least positive cost by Gauss-Newton
+        gradient. "linear": the least sum of ``|R X - Y R|^2``, and from there the least positive cost by Gauss-Newton
         steps; the fastest, and the only one that needs no start.
     cost : "positive" or "thesis"
         Cost that "optimize" minimizes and that is returned; see `objects.rotor_cost`.

@@ -111,7 +111,7 @@ def register(
     -----
     Pairs of objects have invariants of motions: distances, angles. Pairs of the query vote for the pairs of the
     reference with the same invariants; where a pair leaves a motion free, triples do. The motor of each such sample
-    minimizes |R X - Y R|^2 over its pairs, linear in R for every kind of object; it is verified by the number of
+    minimizes ``|R X - Y R|^2`` over its pairs, linear in R for every kind of object; it is verified by the number of
     objects that it matches. Tolerances rise from rounding to 3 % of the models' size, until a pose is significant. The
     best motors are refined by iterative matching, and the result minimizes the positive rotor cost over the matches:
     of segments the squared distances of their ends from the lines of their counterparts, and along these where both
