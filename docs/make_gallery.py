@@ -1,4 +1,4 @@
-"""Makes the pictures of gallery.md (from its examples), and of chapters 4 to 7 (from their examples), shrunk.
+"""Makes the pictures of gallery.md and of the tutorials (from their examples), and of chapters 4 to 7, shrunk.
 
 python docs/make_gallery.py [--only NAME ...]
 """
@@ -6,6 +6,7 @@ python docs/make_gallery.py [--only NAME ...]
 from __future__ import annotations
 
 import argparse
+import linecache
 import os
 import re
 import subprocess
@@ -18,6 +19,7 @@ from PIL import Image
 DOCS = Path(__file__).resolve().parent
 PAGE = DOCS / "geometry" / "gallery.md"
 FOLDER = DOCS / "images" / "gallery"
+TUTORIALS = DOCS / "images" / "tutorials"
 TRACING = DOCS / "images" / "tracing"
 REGISTRATION = DOCS / "images" / "registration"
 DYNAMICS = DOCS / "images" / "dynamics"
@@ -32,19 +34,17 @@ COLORS = 256
 _BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-def examples() -> list[str]:
-    """The page's blocks of Python."""
-    return _BLOCK.findall(PAGE.read_text(encoding="utf-8"))
-
-
-def run(folder: Path) -> list[Path]:
-    """Run all blocks, which share their names, in ``folder``; returns the pictures in it."""
+def run(page: Path, folder: Path) -> list[Path]:
+    """Run all blocks of Python of a page, which share their names, in ``folder``; returns the pictures in it."""
     before = Path.cwd()
-    namespace: dict[str, object] = {"__name__": "gallery"}
+    namespace: dict[str, object] = {"__name__": page.stem}
+    folder.mkdir()
     os.chdir(folder)
     try:
-        for number, text in enumerate(examples(), 1):
-            exec(compile(text, f"gallery.md, example {number}", "exec"), namespace)
+        for number, text in enumerate(_BLOCK.findall(page.read_text(encoding="utf-8")), 1):
+            name = f"{page.name}, example {number}"
+            linecache.cache[name] = (len(text), None, text.splitlines(keepends=True), name)  # algorithms read their text
+            exec(compile(text, name, "exec"), namespace)
     finally:
         os.chdir(before)
     return sorted(folder.glob("*.png"))
@@ -76,7 +76,8 @@ def main() -> None:
             made = Path(folder, target.name)
             subprocess.run([sys.executable, str(script), "--out", str(made)], check=True)
             places[target] = sorted(made.glob("*.png"))
-        places[FOLDER] = run(Path(folder))
+        places[FOLDER] = run(PAGE, Path(folder, "gallery"))
+        places[TUTORIALS] = [x for p in sorted(DOCS.glob("*/tutorial.md")) for x in run(p, Path(folder, p.parent.name))]
         for target, pictures in places.items():
             for picture in pictures:
                 if not only or picture.stem in only:

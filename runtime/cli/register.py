@@ -81,7 +81,7 @@ def command(
 
         draw(result, *models, path=picture)
     feedback.wrote((output, picture))
-    click.echo(summary(result, *models))
+    click.echo(summary(result, models[0].unit if models[0].unit == models[1].unit else ""))
     return 0 if result.converged else 1
 
 

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from ..core.multivector import Algebra
 
 Array = NDArray[Any]
+#: The Earth's, where the third axis points up: m/s^2.
+GRAVITY = (0.0, 0.0, -9.81)
 #: Largest number: squares and cubes of larger ones overflow.
 LARGEST = 1e60
 #: Shortest length: squares and cubes of shorter ones underflow.

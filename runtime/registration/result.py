@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..core.multivector import Multivector
 from ..status import Status
+from .summary import summary
 
 Array = NDArray[Any]
 
@@ -150,6 +151,9 @@ class Registration:
     center: Array = field(default_factory=lambda: np.zeros(3))
     unit: float = 1.0
     message: str = ""
+
+    def __str__(self) -> str:
+        return summary(self)
 
     @property
     def status(self) -> Status:

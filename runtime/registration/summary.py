@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.multivector import Multivector
 from .estimation.gauge_freedom import describe_twists, generators
-from .model.model import Model
-from .model.parameters import PLURALS
 from .model.similarity import ROTOR, similarity
-from .result import Registration
 
 Array = NDArray[Any]
 #: Largest number of equivalent poses that are listed; they are all in the file.
@@ -29,22 +26,51 @@ RELATIVE_ZERO = 1e-12
 COLUMN = 13
 
 
-def summary(result: Registration, query: Model, reference: Model) -> str:
+class Registered(Protocol):
+    """What a summary reads of a `Registration`."""
+
+    @property
+    def motor(self) -> Multivector: ...
+    @property
+    def scale(self) -> float: ...
+    @property
+    def inliers(self) -> Any: ...
+    @property
+    def cost(self) -> float: ...
+    @property
+    def threshold(self) -> float: ...
+    @property
+    def converged(self) -> bool: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def doubt(self) -> float: ...
+    @property
+    def undetermined(self) -> Multivector | None: ...
+    @property
+    def covariance(self) -> Array: ...
+    @property
+    def center(self) -> Array: ...
+    @property
+    def ambiguous(self) -> list[Multivector]: ...
+
+
+def summary(result: Registered, unit: str = "") -> str:
     """Summary of a registration in some lines of text.
 
     Parameters
     ----------
     result : Registration
-    query, reference : Model
-        Models that were registered.
+    unit : str
+        Of length, of both models.
     """
-    unit = f" {query.unit}" if query.unit and query.unit == reference.unit else ""
-    return "\n".join(f"{f'{about}:':{COLUMN}}{text}" if about else text for about, text in _lines(result, query, unit))
+    lines = _lines(result, f" {unit}" if unit else "")
+    return "\n".join(f"{f'{about}:':{COLUMN}}{text}" if about else text for about, text in lines)
 
 
-def _lines(result: Registration, query: Model, unit: str) -> Iterator[tuple[str, str]]:
+def _lines(result: Registered, unit: str) -> Iterator[tuple[str, str]]:
     yield "pose", pose_text(result.motor, unit, result.scale)
-    yield "matches", _matches(result, query)
+    yield "matches", _matches(result)
     yield "cost", f"{result.cost:.4g}, matched within {result.threshold:.3g}{unit}"
     yield "converged", "yes" if result.converged else f"no: {result.message or 'the pose may be chance'}"
     yield "doubt", _doubt_text(result.doubt)
@@ -91,7 +117,7 @@ def vector_text(v: Array) -> str:
     return f"({', '.join(f'{x:.{DIGITS}g}' for x in v)})"
 
 
-def deviations(result: Registration) -> tuple[float, float]:
+def deviations(result: Registered) -> tuple[float, float]:
     """Largest standard deviations: of the rotation, in radians, and of the reference's center, in the models' unit."""
     algebra = result.motor.algebra
     rows = np.linalg.inv(generators(algebra))  # a twist as rotation and translation of the origin
@@ -102,10 +128,9 @@ def deviations(result: Registration) -> tuple[float, float]:
     return angle, length
 
 
-def _matches(result: Registration, query: Model) -> str:
-    inliers = result.inliers
-    parts = [f"{int(inliers[kind].sum())} of {n} {PLURALS[kind].replace('_', ' ')}" for kind, n in query.counts.items()]
-    return ", ".join(parts)
+def _matches(result: Registered) -> str:
+    found = result.inliers.items()
+    return ", ".join(f"{int(each.sum())} of {len(each)} {kinds.replace('_', ' ')}" for kinds, each in found)
 
 
 def _doubt_text(doubt: float) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, create_model, model_validator
 
 from ...common.documents import Table
+from ...mechanics.arguments import GRAVITY
 from ...mechanics.io.fields import Name, NotNegative, Number, Place, Vector, present_keys
 from ...mechanics.io.geometry import AnyObject, CircleTable, LineTable, PlaneTable, SphereTable
 from ..model.joint_loads import JointDamper, JointFriction, JointLimit, JointLoad, JointSpring, JointTorque
@@ -51,7 +52,7 @@ class GravityTable(Table):
     """Gravity on all bodies."""
 
     kind: Literal["gravity"]
-    acceleration: Vector = (0.0, 0.0, -9.81)
+    acceleration: Vector = GRAVITY
 
 
 class WorldWrenchTable(OnBodyTable, WrenchTable):

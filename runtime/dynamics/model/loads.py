@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...codegen.errors import InputError
 from ...common.validation import as_function, as_instance, finite_array, positive_array
 from ...core.multivector import Multivector
-from ...mechanics.arguments import body_number, check_body, check_coefficients, frozen_copy, vectors
+from ...mechanics.arguments import GRAVITY, body_number, check_body, check_coefficients, frozen_copy, vectors
 from ..assembly.callbacks import arity
 
 Array = NDArray[Any]
@@ -43,14 +43,14 @@ class Gravity(Load):
     Parameters
     ----------
     acceleration : array (3,)
-        Acceleration in the world.
+        Acceleration in the world; that of the Earth, along -z, by default.
     """
 
-    acceleration: Array
+    acceleration: Array = GRAVITY  # type: ignore[assignment]
 
     if TYPE_CHECKING:  # what is an array later may be given as numbers
 
-        def __init__(self, acceleration: ArrayLike) -> None: ...
+        def __init__(self, acceleration: ArrayLike = GRAVITY) -> None: ...
 
     def __post_init__(self) -> None:
         self._keep(acceleration=vectors(self.acceleration, "gravity's acceleration"))

@@ -18,12 +18,12 @@ from numpy.typing import ArrayLike, NDArray
 from ...codegen.errors import InputError, SingularError
 from ...common.validation import as_instance, broadcast_shapes, finite_array
 from ...core.multivector import Multivector
+from ...mechanics.arguments import GRAVITY
 from ...mechanics.joints.base import Joint
 from ...mechanics.joints.displaced import DisplacedJoint
 from ...mechanics.joints.standard import Cylindrical, Planar, Prismatic, Revolute, Rigid, Spherical
 from ...mechanics.rigid_body import RigidBody
 from ...mechanics.twists import screw_vectors
-from ..trees.dynamics import GRAVITY
 from .arguments import as_list
 from .jacobian import analyze
 from .structure import Assembly

@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 from ...common.validation import broadcast_shapes, finite_array, real_array
 from ...dispatch.item_statuses import array_result
 from ...dispatch.multivector_data import Statuses
+from ...mechanics.arguments import GRAVITY
 from ...status import Status
 from .bound import BoundDynamics
 from .tree import Tree
 
 Array = NDArray[Any]
 Result = Array | tuple[Array, Statuses]
-GRAVITY = (0.0, 0.0, -9.81)
 
 
 class InverseDerivatives(NamedTuple):

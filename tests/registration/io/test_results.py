@@ -62,7 +62,7 @@ def test_similarities_in_files(tmp_path):
     for motor, found in zip([result.motor, *result.ambiguous], [data["motor"], *data["ambiguous"]], strict=True):
         here = (motor >> CGA.point((2, 4, 6))).parameters().xyz
         np.testing.assert_allclose((np.array(found["matrix"]) @ (1, 2, 3, 1))[:3], here, rtol=1e-12)
-    assert "\npose:        scale by 2, turn by " in "\n" + summary.summary(result, query, reference)
+    assert "\npose:        scale by 2, turn by " in "\n" + str(result)
     assert summary.pose_text(CGA.dilator(2.0) * POSE).startswith("scale by 2, turn by 114.592 degrees")
 
 
@@ -163,9 +163,9 @@ def test_deviations_are_those_of_poses_drawn_from_the_covariance():
 
 def test_summary_says_what_is_to_be_relied_on():
     query, reference = tables()
-    text = summary.summary(registration.register(query, reference), query, reference)
+    text = summary.summary(registration.register(query, reference), "m")
     for part in ("22 of 22 lines", "converged:   yes", "10^-", "other pose", " m\n", "degrees and"):
         assert part in text
     query, reference = unrelated()
-    text = summary.summary(registration.register(query, reference), query, reference)
+    text = str(registration.register(query, reference))
     assert "converged:   no: " in text and "of 12 points" in text
