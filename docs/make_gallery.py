@@ -43,7 +43,7 @@ def run(page: Path, folder: Path) -> list[Path]:
     try:
         for number, text in enumerate(_BLOCK.findall(page.read_text(encoding="utf-8")), 1):
             name = f"{page.name}, example {number}"
-            linecache.cache[name] = (len(text), None, text.splitlines(keepends=True), name)  # algorithms read their text
+            linecache.cache[name] = (len(text), None, text.splitlines(keepends=True), name)  # for algorithms
             exec(compile(text, name, "exec"), namespace)
     finally:
         os.chdir(before)

@@ -18,6 +18,8 @@ import pytest
 import bladesmith
 from bladesmith.common.deprecation import renamed_attribute
 
+from ..support.public_names import public_modules
+
 #: Names that have no static type, by the reason.
 UNTYPED = {
     "the package has no types": r"to_clifford",
@@ -38,19 +40,6 @@ UNTYPED = {
 MULTIVECTOR = "bladesmith.core.multivector.Multivector"
 #: A line of mypy's answer.
 REVEALED = re.compile(r'use\.py:(\d+): note: Revealed type is "(.*)"$', re.M)
-
-
-def public_modules() -> dict[str, list[str]]:
-    """Names of the package and of the modules that are public names of it."""
-    modules = [bladesmith, *(x for x in map(bladesmith.__getattr__, bladesmith.__all__) if inspect.ismodule(x))]
-    return {
-        m.__name__: sorted(getattr(m, "__all__", None) or [n for n, x in vars(m).items() if defined_here(n, x)])
-        for m in modules
-    }
-
-
-def defined_here(name: str, value: object) -> bool:
-    return not name.startswith("_") and str(getattr(value, "__module__", "")).startswith("bladesmith.")
 
 
 def attributes(kind: type) -> list[str]:

@@ -16,7 +16,7 @@ import pytest
 import bladesmith
 
 from ..support.checkout import CHECKOUT
-from .test_public_types import public_modules
+from ..support.public_names import public_modules
 
 pytestmark = pytest.mark.packaging
 #: Seconds of processor time for the whole, on two cores four minutes of a clock.
