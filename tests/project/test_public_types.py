@@ -18,7 +18,7 @@ import pytest
 import bladesmith
 from bladesmith.common.deprecation import renamed_attribute
 
-from ..support.public_names import public_modules
+from ..support.checkout import public_modules
 
 #: Names that have no static type, by the reason.
 UNTYPED = {

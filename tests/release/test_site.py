@@ -15,8 +15,7 @@ import pytest
 
 import bladesmith
 
-from ..support.checkout import CHECKOUT
-from ..support.public_names import public_modules
+from ..support.checkout import CHECKOUT, public_modules
 
 pytestmark = pytest.mark.packaging
 #: Seconds of processor time for the whole, on two cores four minutes of a clock.
