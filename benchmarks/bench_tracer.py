@@ -17,6 +17,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -143,6 +144,26 @@ def several(options: argparse.Namespace) -> Iterator[Row]:
             driver.MANY_RAYS, driver.are_in_order = least, in_order
             yield {"what": f"{name}, {order}, first hits, several rays at once", "ours": ns[1], "peer": ns[0],
                    "name": "single", "unit": "ns/ray"}  # fmt: skip
+
+
+def pictures(options: argparse.Namespace) -> Iterator[Row]:
+    """(g) Pictures by single pixels, and by several at once, in turns on one thread."""
+    from bladesmith.tracer.rendering import driver, several_rays
+
+    several_rays.PICTURES_PAY = 1  # compiled at once
+    examples = Path(__file__).resolve().parent.parent / "examples" / "scenes"
+    least = driver.MANY_SAMPLES
+    for path in (demo_scene_path(), examples / "tube.toml", examples / "orientation.toml"):
+        scene = tracer.Scene.load(path)
+        seconds: dict[int, list[float]] = {1 << 60: [], 1: []}
+        for _ in range(REPEATS):
+            for many, found in seconds.items():
+                driver.MANY_SAMPLES = many
+                found.append(best(lambda: scene.render(WIDTH, HEIGHT, threads=1, antialias=1), repeats=1))
+        driver.MANY_SAMPLES = least
+        single, several = (min(found) for found in seconds.values())
+        yield {"what": f"{path.name}, {WIDTH} x {HEIGHT}, several pixels at once", "ours": several, "peer": single,
+               "name": "single", "unit": "s"}  # fmt: skip
 
 
 def embree_of(surface: Any, rings: int, around: int) -> tuple[Any, float]:
@@ -272,7 +293,7 @@ def user(options: argparse.Namespace) -> Iterator[Row]:
     yield {"what": what, "ours": ns, "peer": peer, "name": "clifford", "unit": "ns/ray"}
 
 
-PARTS = {each.__name__: each for each in (tube, several, sphere, meshes, demo, scale, user)}
+PARTS = {each.__name__: each for each in (tube, several, pictures, sphere, meshes, demo, scale, user)}
 
 
 def row_text(row: Row) -> str:

@@ -56,7 +56,7 @@ def made_once(stem: str, sources: Iterable[str], name: str, make: Callable[[], s
         Makes it.
     """
     digest = source_digest.digest(sources)
-    group = digest and f"{stem}_{digest[:_DIGITS]}"
+    group = digest and _group(stem, digest)
     found = read(group, name) if group else None
     if found is None:
         found = make()
@@ -67,10 +67,20 @@ def made_once(stem: str, sources: Iterable[str], name: str, make: Callable[[], s
     return found
 
 
+def is_made(stem: str, sources: Iterable[str], name: str) -> bool:
+    """Whether `made_once` has the text."""
+    digest = source_digest.digest(sources)
+    return digest is not None and read(_group(stem, digest), name) is not None
+
+
 def touch(group: str) -> None:
     """Note that a group was used: the cache drops what was not for longest."""
     with contextlib.suppress(OSError):
         os.utime(_folder(group) / cache.RECORD)
+
+
+def _group(stem: str, digest: str) -> str:
+    return f"{stem}_{digest[:_DIGITS]}"
 
 
 def _folder(group: str) -> Path:

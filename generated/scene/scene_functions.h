@@ -951,9 +951,10 @@ BS_OUTLINED void FN(find_true)(const ptrdiff_t scene[BS_LENGTH(16)], const ptrdi
 }
 
 /* Whether a lamp sees a point. */
-BS_INLINE int FN(is_lit)(const ptrdiff_t scene[BS_LENGTH(16)], const ptrdiff_t *integers, const S *reals,
-    const S lamp[BS_LENGTH(6)], const S start[BS_LENGTH(3)], const S towards[BS_LENGTH(3)])
+BS_INLINE int FN(is_lit)(S seen[BS_LENGTH(3)], const ptrdiff_t scene[BS_LENGTH(16)], const ptrdiff_t *integers,
+    const S *reals, const S lamp[BS_LENGTH(6)], const S start[BS_LENGTH(3)], const S towards[BS_LENGTH(3)])
 {
+  (void)seen;
   S size = K(0.0);
   for (ptrdiff_t i = 0; i < 3; i++) {
     size = size + (ABS(start[i]) + ABS(lamp[i]));
@@ -1004,8 +1005,9 @@ BS_INLINE void FN(add_light)(S seen[BS_LENGTH(3)], S weight, const ptrdiff_t sce
     if (!(factors[0] > K(0.0))) {
       continue;
     }
-    const int result = FN(is_lit)(scene, integers, reals, reals + lamp_at, start, towards);
-    if (!result) {
+    const int result = FN(is_lit)(seen, scene, integers, reals, reals + lamp_at, start, towards);
+    const int lit = result;
+    if (!lit) {
       continue;
     }
     for (ptrdiff_t i = 0; i < 3; i++) {
@@ -1069,18 +1071,46 @@ BS_OUTLINED void FN(add_color)(S seen[BS_LENGTH(3)], const ptrdiff_t scene[BS_LE
   }
 }
 
+/* The color of a pixel: the mean of its rays'. */
+BS_INLINE void FN(color_of)(S total[BS_LENGTH(3)], S column, S line, const S origin[BS_LENGTH(3)],
+    const ptrdiff_t scene[BS_LENGTH(16)], const ptrdiff_t *integers, const S *reals,
+    const ptrdiff_t picture[BS_LENGTH(8)])
+{
+  S ray[6];
+  S seen[3];
+  const ptrdiff_t grid = scene[2];
+  const S share = K(1.0) / (S)(grid * grid);
+  for (ptrdiff_t k = 0; k < 3; k++) {
+    total[k] = K(0.0);
+  }
+  for (ptrdiff_t down = 0; down < grid; down++) {
+    const S y = line + ((S)(down) + K(0.5)) / (S)(grid);
+    for (ptrdiff_t right = 0; right < grid; right++) {
+      const S x = column + ((S)(right) + K(0.5)) / (S)(grid);
+      for (ptrdiff_t k1 = 0; k1 < 3; k1++) {
+        ray[k1] = origin[k1];
+      }
+      FN(pixel_ray)(ray + 3, reals + scene[7], picture, x, y);
+      for (ptrdiff_t k2 = 0; k2 < 3; k2++) {
+        seen[k2] = K(0.0);
+      }
+      FN(add_color)(seen, scene, integers, reals, ray);
+      for (ptrdiff_t i = 0; i < 3; i++) {
+        total[i] = total[i] + share * seen[i];
+      }
+    }
+  }
+}
+
 /* Pixels from one to another, in reading order: row 0 is the top. */
 BS_OUTLINED void FN(render)(ptrdiff_t begin, ptrdiff_t end, const ptrdiff_t scene[BS_LENGTH(16)],
     const ptrdiff_t *integers, const S *reals, const ptrdiff_t picture[BS_LENGTH(8)], S *color, S *normal, S *depth,
     S *alpha, int32_t *cost)
 {
   S ray[6];
-  S seen[3];
   S total[3];
   const ptrdiff_t camera_at = scene[7];
   const ptrdiff_t camera_at1 = camera_at;
-  const ptrdiff_t grid = scene[2];
-  const S share = K(1.0) / (S)(grid * grid);
   S origin[3];
   FN(cga3d_camera_position)(origin, reals + camera_at1);
   ptrdiff_t column = bs_remainder(begin, picture[0]) - 1;
@@ -1097,27 +1127,8 @@ BS_OUTLINED void FN(render)(ptrdiff_t begin, ptrdiff_t end, const ptrdiff_t scen
     }
     FN(pixel_ray)(ray + 3, reals + camera_at1, picture, (S)(column) + K(0.5), (S)(line) + K(0.5));
     FN(store_layers)(place, scene, integers, reals, picture, ray, normal, depth, alpha, cost);
-    if (picture[3] != 0) {
-      for (ptrdiff_t k1 = 0; k1 < 3; k1++) {
-        total[k1] = K(0.0);
-      }
-      for (ptrdiff_t down = 0; down < grid; down++) {
-        const S y = (S)(line) + ((S)(down) + K(0.5)) / (S)(grid);
-        for (ptrdiff_t right = 0; right < grid; right++) {
-          const S x = (S)(column) + ((S)(right) + K(0.5)) / (S)(grid);
-          for (ptrdiff_t k2 = 0; k2 < 3; k2++) {
-            ray[k2] = origin[k2];
-          }
-          FN(pixel_ray)(ray + 3, reals + camera_at1, picture, x, y);
-          for (ptrdiff_t k3 = 0; k3 < 3; k3++) {
-            seen[k3] = K(0.0);
-          }
-          FN(add_color)(seen, scene, integers, reals, ray);
-          for (ptrdiff_t i = 0; i < 3; i++) {
-            total[i] = total[i] + share * seen[i];
-          }
-        }
-      }
+    if ((picture[3] == 1) || (picture[3] == 2 && color[3 * place] != color[3 * place])) {
+      FN(color_of)(total, (S)(column), (S)(line), origin, scene, integers, reals, picture);
       for (ptrdiff_t i = 0; i < 3; i++) {
         color[3 * place + i] = total[i];
       }

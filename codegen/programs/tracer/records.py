@@ -57,10 +57,13 @@ STATE: Any = record(
 #: All points of a line so far, and 1 where one of them is too far away for a number: nothing is told of that line.
 GATHERED: Any = record("Gathered", total=Int, lost=Int)
 #: A picture, or a band of its pixels: size of the whole, and the pixel that the arrays begin with, in reading order.
-#: Then which layers are asked for.
+#: Then which layers are asked for: color is `COLOR`, or `LEFT_OVER` of pixels whose color is no number yet.
 PICTURE: Any = record(
     "Picture", width=Int, height=Int, first=Int, color=Int, normal=Int, depth=Int, alpha=Int, cost=Int
 )
+COLOR, LEFT_OVER = 1, 2
+#: Status of a ray of several that is left to the search of single rays.
+DEFERRED = 255
 
 #: Pairs of numbers between which a piece of a curve is real.
 SPANS = 4

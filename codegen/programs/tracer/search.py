@@ -20,6 +20,7 @@ from ...ir.loops.language import (
     Rows,
     Static,
     Vector,
+    any_item,
     empty,
     int_empty,
     largest,
@@ -219,7 +220,7 @@ def search_algorithms(
         for each in kinds:
             state.kind = each.number
             for index in range(integers[each.table + ROWS_OF]):
-                if is_any and state.count > 0:
+                if is_any and not any_item(state.count == 0):  # not for some of several rays: others go on
                     return
                 state.index = index
                 at = integers[each.table + CONSTANTS_OF] + each.size * index

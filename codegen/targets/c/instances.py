@@ -33,7 +33,7 @@ class Instance:
 
 BASELINE = (Instance("f64_base", 64, "BS_BASELINE_BYTES"), Instance("f32_base", 32, "BS_BASELINE_BYTES"))
 WIDE = (Instance("f64_v3", 64, "32", 3), Instance("f32_v3", 32, "32", 3))
-#: Of kernels, and of algorithms on several items: series, pictures and rays have at most `WIDE`.
+#: Of kernels, and of algorithms on several items: series have at most `WIDE`.
 WIDEST = (Instance("f64_v4", 64, "64", 4), Instance("f32_v4", 32, "64", 4))
 SCALAR = (Instance("f64_scalar", 64, "0"), Instance("f32_scalar", 32, "0"))
 #: Of algorithms: one item after the other.

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.execute.result_memory import STORE
-from ...codegen.programs.tracer.records import PICTURE
+from ...codegen.programs.tracer.records import LEFT_OVER, PICTURE
 from ...codegen.programs.tracer.surface_kinds import METHODS
 from ...common import parallel
 from .engines import RAYS_PER_CHUNK, Engine, Rays
 from .scene_arrays import scene_arrays
-from .several_rays import MANY_RAYS, are_in_order, several_rays_of
+from .several_rays import MANY_RAYS, MANY_SAMPLES, are_in_order, several_pixels_of, several_rays_of
 from .surface_tables import SurfaceTables
 
 Array = NDArray[Any]
@@ -44,7 +44,7 @@ class BoundScene:
         method: str = "isolate",
         samples: int = 64,
     ) -> None:
-        self.engine, self.dtype, self.method = engine, np.dtype(dtype), method
+        self.engine, self.dtype, self.method, self._grid = engine, np.dtype(dtype), method, grid
         pictures = {"materials": materials, "lights": lights, "camera": camera, "sky": sky}
         lamps = 0 if lights is None else len(lights)
         settings = {"lights": lamps, "depth": depth, "grid": grid, "method": METHODS[method], "samples": samples}
@@ -190,4 +190,17 @@ class BoundScene:
         layout.width, layout.height, layout.first = width, height, first
         for name in arrays:
             setattr(layout, name, 1)
-        return self._scene.picture_loop(np.asarray(layout), arrays)
+        picture, several = np.asarray(layout), None
+        if "color" in arrays and self._may_meet_several and width * height * self._grid**2 >= MANY_SAMPLES:
+            color, needs = arrays["color"], self.engine.needs
+            several = several_pixels_of(needs, color.size // 3 * self._grid**2, *self._arrays, picture, color)
+        if several is None:
+            return self._scene.picture_loop(picture, arrays)
+        layout.color = LEFT_OVER
+        others = self._scene.picture_loop(picture, arrays)
+
+        def paint(begin: int, end: int) -> None:
+            several(begin, end)
+            others(begin, end)
+
+        return paint

@@ -16,6 +16,8 @@ from .driver import BoundScene
 from .row_bands import RenderTask, bands, render_band
 
 Array = NDArray[Any]
+#: Least pixels of a chunk: several at once are at most half of it.
+MIN_PIXELS = 16
 
 
 def on_threads(bound: BoundScene, canvas: Canvas, grid: int, threads: int | None, report: Report) -> dict[str, Array]:
@@ -27,7 +29,7 @@ def on_threads(bound: BoundScene, canvas: Canvas, grid: int, threads: int | None
         done[begin:end] = True
 
     with keep_partial(canvas.partial, RenderInterrupted):
-        chunk = max(1, bound.engine.chunk // (grid * grid))
+        chunk = max(MIN_PIXELS, bound.engine.chunk // (grid * grid))
         parallel.run(part, canvas.width * canvas.height, threads, chunk, report)
     return canvas.arrays
 

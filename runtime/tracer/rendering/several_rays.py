@@ -1,4 +1,4 @@
-"""First hits of many rays, several at once: the loop of a program of its own, compiled at the first such call."""
+"""First hits of many rays, and pixels, several at once: loops of programs of their own, compiled once they pay."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 
 from ...codegen.build.extension import compiler, load
 from ...codegen.execute.items import CLoop
+from ...codegen.programs.tracer.records import DEFERRED, PICTURE
 from ...codegen.programs.tracer.scene_needs import SceneNeeds
-from ...codegen.programs.tracer.several_rays import DEFERRED, INSTANCE, meets_several, several_rays
 from ...common import parallel
-from .engines import RAYS_PER_CHUNK, Rays
+from .engines import RAYS_PER_CHUNK, Part, Rays
 
 Array = NDArray[Any]
 #: Rays of one call that are worth it, and of all calls so far from which on the program is compiled: a second or two,
 #: once, as long as these rays took.
 MANY_RAYS, PAYS = 1 << 15, 1 << 21
-
+#: The same of samples of pictures, whose program takes five.
+MANY_SAMPLES, PICTURES_PAY = 1 << 16, 1 << 22
 
 #: Neighbours that are looked at, and how much nearer to each other than to rays from anywhere they are in order.
 SAMPLE, NEAR = 512, 0.125
@@ -44,12 +45,12 @@ class SeveralRays:
 
     Parameters
     ----------
-    needs : SceneNeeds
-        Of which `meets_several` holds.
+    loop : CLoop
+        Of the program "rays".
     """
 
-    def __init__(self, needs: SceneNeeds) -> None:
-        self._loop = CLoop(load(several_rays(needs)), INSTANCE.tag)
+    def __init__(self, loop: CLoop) -> None:
+        self._loop = loop
 
     def run(
         self, integers: Array, reals: Array, rays: Rays, n: int, results: dict[str, Array], threads: int | None
@@ -64,17 +65,59 @@ class SeveralRays:
         return np.flatnonzero(results["status"].reshape(-1) == DEFERRED)
 
 
-_seen: dict[SceneNeeds, int] = {}
-
-
 def several_rays_of(needs: SceneNeeds, n: int) -> SeveralRays | None:
     """The loop for these needs and n rays more; None where there is none, no compiler, or it does not pay yet."""
-    _seen[needs] = _seen.get(needs, 0) + n
-    if compiler() is None or not meets_several(needs):
+    has_curves = bool(needs.methods)  # the scene's own program meets several rays on planes and spheres
+    loop = _loop_of("rays", needs, n, PAYS) if has_curves else None
+    return None if loop is None else SeveralRays(loop)
+
+
+def several_pixels_of(
+    needs: SceneNeeds, samples: int, integers: Array, reals: Array, picture: Array, color: Array
+) -> Part | None:
+    """The loop over pixels for these needs and so many samples more; None as by `several_rays_of`.
+
+    Pixels that are left to the search of single rays have a color that is no number.
+    """
+    loop = _loop_of("pixels", needs, samples, PICTURES_PAY)
+    if loop is None:
         return None
-    return _loaded(needs) if _seen[needs] >= PAYS else None
+    shared = [loop.hold(a) for a in (integers, integers, reals, picture)]
+    strides, counts = loop.integers((1, 0, 0, 0, 0, 3)), loop.integers((0, 0, len(integers), len(reals), 0, 0))
+    rows, first = color.reshape(-1, 3), int(PICTURE.view(picture).first)
+
+    def part(begin: int, end: int) -> None:
+        arrays = [np.arange(begin, end, dtype=np.int64), rows[begin - first : end - first]]
+        pixels, colors = (loop.hold(a) for a in arrays)
+        loop.bind([pixels, *shared, colors], strides, counts)(0, end - begin)
+
+    return part
+
+
+_seen: dict[tuple[str, SceneNeeds], int] = {}
+
+
+def _loop_of(name: str, needs: SceneNeeds, n: int, pays: int) -> CLoop | None:
+    """The loop of a program, if n rays more are worth it."""
+    from ...codegen.programs.tracer.several_rays import meets_several
+
+    key = SceneNeeds(needs.kinds, needs.methods, reflection=needs.reflection, checker=needs.checker, tree=needs.tree)
+    _seen[name, key] = _seen.get((name, key), 0) + n
+    if compiler() is None or not meets_several(key):
+        return None
+    return _loaded(name, key) if _seen[name, key] >= pays or _was_made(name, key) else None
 
 
 @cache
-def _loaded(needs: SceneNeeds) -> SeveralRays:
-    return SeveralRays(needs)
+def _was_made(name: str, needs: SceneNeeds) -> bool:
+    """Whether an earlier process has compiled the program."""
+    from ...codegen.programs.tracer.several_rays import PROGRAMS
+
+    return PROGRAMS[name].is_made(needs)
+
+
+@cache
+def _loaded(name: str, needs: SceneNeeds) -> CLoop:
+    from ...codegen.programs.tracer.several_rays import INSTANCE, PROGRAMS
+
+    return CLoop(load(PROGRAMS[name].extension(needs)), INSTANCE.tag)

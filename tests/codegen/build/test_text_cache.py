@@ -193,6 +193,13 @@ def test_texts_are_what_was_written(cache_dir):
     assert not [path for path in (cache_dir / "text_group").iterdir() if path.name.startswith(".")]
 
 
+def test_texts_are_made_once(cache_dir):
+    sources = ("formulas/rays/rays.py",)
+    assert not text_cache.is_made("made", sources, "a.json")
+    assert [text_cache.made_once("made", sources, "a.json", lambda text=text: text) for text in "ab"] == ["a", "a"]
+    assert text_cache.is_made("made", sources, "a.json") and not text_cache.is_made("made", sources, "b.json")
+
+
 DAMAGES = [
     lambda content: b"",
     lambda content: content[:-1],
