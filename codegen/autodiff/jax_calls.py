@@ -9,7 +9,7 @@ from typing import Any
 
 from ..build.extension import load
 from ..errors import CompileError, CompilerMissingError
-from ..execute.arrays import PLAN_INPUTS, PLAN_OUTPUTS, AddedKernel, Binding, BoundKernel
+from ..execute.arrays import PLAN_INPUTS, PLAN_OUTPUTS, AddedKernel, Binding, BoundKernel, Library
 from ..execute.reductions.sums import BLOCK, LANES
 from ..targets.c.source import ExtensionSource
 from ..targets.templates import render
@@ -17,10 +17,10 @@ from ..targets.templates import render
 #: The one target: an attribute names the kernel.
 TARGET = "bladesmith_kernel"
 #: What it calls of the extension of kernels that are made at run time.
-_FUNCTIONS = ("bs_run", "bs_run_sums", "bs_fold", "bs_join")
+_FUNCTIONS = ("bs_run_sums", "bs_fold", "bs_join")
 _DECLARATIONS = """
-void bs_jax_start(void *run, void *sums, void *fold, void *join);
-int bs_jax_add(int64_t key, int kernel);
+void bs_jax_start(void *sums, void *fold, void *join);
+int bs_jax_add(int64_t key, int kernel, void *run);
 void *bs_jax_call(void *frame);
 """
 
@@ -37,7 +37,7 @@ class Calls:
         options = (f"-I{jax.ffi.include_dir()}", f'-DBS_JAXLIB="{jaxlib.__version__}"')
         module = load(ExtensionSource("jax_calls", _DECLARATIONS, text, {}, options))
         self.lib, self.ffi = module.lib, module.ffi
-        self._known: dict[int, AddedKernel] = {}
+        self._known: dict[int, AddedKernel | Library] = {}
         self._lock = Lock()
         handler = self.ffi.addressof(self.lib, "bs_jax_call")
         jax.ffi.register_ffi_target(TARGET, jax.ffi.pycapsule(_ctypes_function(self.ffi, handler)), platform="cpu")
@@ -45,19 +45,23 @@ class Calls:
     def key(self, kernel: BoundKernel) -> int | None:
         """The number by which computations name a kernel, the same in each process; None if there are too many."""
         library = kernel.library
-        if not isinstance(library, AddedKernel) or not library.unit:
+        made_of = library.unit if isinstance(library, AddedKernel) else library.made_of
+        if not made_of:
             return None
-        digest = hashlib.sha256(f"{library.symbol} {library.unit}".encode()).digest()
+        digest = hashlib.sha256(f"{kernel.symbol} {made_of}".encode()).digest()
         key = int.from_bytes(digest[:8], "little", signed=True)
         with self._lock:
             if key not in self._known:
-                pointers = [library.ffi.addressof(library.lib, name) for name in _FUNCTIONS]
-                numbers = [int(library.ffi.cast("intptr_t", p)) for p in pointers]
-                self.lib.bs_jax_start(*(self.ffi.cast("void *", n) for n in numbers))
-                if not self.lib.bs_jax_add(key, kernel.index):
+                if isinstance(library, AddedKernel):
+                    self.lib.bs_jax_start(*(self._pointer(library, name) for name in _FUNCTIONS))
+                if not self.lib.bs_jax_add(key, kernel.index, self._pointer(library, "bs_run")):
                     return None
                 self._known[key] = library
         return key
+
+    def _pointer(self, library: Any, name: str) -> Any:
+        """A function of another extension."""
+        return self.ffi.cast("void *", int(library.ffi.cast("intptr_t", library.ffi.addressof(library.lib, name))))
 
 
 def _ctypes_function(ffi: Any, handler: Any) -> Any:

@@ -180,14 +180,14 @@ def jax_function(kernel: Any) -> Callable[..., Any]:
 
 def _operands(kernel: Any, given: Sequence[Any]) -> tuple[list[Any], tuple[int, ...]]:
     """Tables of rows, or rows that all items share; and the shape of the items."""
-    arrays = [_array(a, n) for a, n in zip(given, kernel.arguments, strict=True)]
+    arrays = [floating_array(a, n) for a, n in zip(given, kernel.arguments, strict=True)]
     dtype = jnp.result_type(*arrays)
     sized = rows_of(kernel, [a.astype(dtype) for a in arrays])
     lead = broadcast_leads([tuple(a.shape[:-1]) for a in sized], kernel.name)
     return tables(sized, lead, jnp.broadcast_to), lead
 
 
-def _array(value: Any, name: str) -> Any:
+def floating_array(value: Any, name: str) -> Any:
     """A JAX array of float32 or float64: integers and numbers of Python become floats."""
     array = jnp.asarray(value)
     if array.dtype in (jnp.float32, jnp.float64):

@@ -78,7 +78,7 @@ def torch_function(kernel: Any) -> Callable[..., Any]:
 
     def call(*arguments: Any, **by_name: Any) -> Any:
         given = positional(kernel, arguments, by_name)
-        tensors = [_tensor(a, n) for a, n in zip(given, kernel.arguments, strict=True)]
+        tensors = [floating_tensor(a, n) for a, n in zip(given, kernel.arguments, strict=True)]
         dtype = torch.float64 if any(t.dtype == torch.float64 for t in tensors) else torch.float32
         sized = rows_of(kernel, [t.to(dtype) for t in tensors])
         lead = broadcast_leads([tuple(t.shape[:-1]) for t in sized], kernel.name)
@@ -90,7 +90,7 @@ def torch_function(kernel: Any) -> Callable[..., Any]:
     return call
 
 
-def _tensor(value: Any, name: str) -> torch.Tensor:
+def floating_tensor(value: Any, name: str) -> torch.Tensor:
     """A tensor of float32 or float64 on the host."""
     tensor = value if isinstance(value, torch.Tensor) else torch.from_numpy(np.require(value, requirements=("C", "W")))
     if tensor.device.type != "cpu":

@@ -97,6 +97,11 @@ class Library:
                     f"{name} was compiled for {made}, {what}", remedy="Set CC to gcc or clang, or use target='numba'"
                 )
 
+    @property
+    def made_of(self) -> str:
+        """Digest of the sources."""
+        return self._text(self.lib.bs_source_hash())
+
     def _text(self, pointer: Any) -> str:
         return str(self.ffi.string(pointer).decode())
 

@@ -109,6 +109,11 @@ class CompiledKernel(DeclaredFormula):
         """Source text for "c", "numba" or "cuda"."""
         return print_source([self.variant], target)
 
+    def adopt(self, compiled: Any, outputs: Sequence[Output]) -> None:
+        """Run by what was compiled of this formula before, with these outputs: nothing is traced for a call."""
+        self._bound = {("c", "f64"): compiled, ("c", "f32"): compiled}
+        self._outputs = tuple(outputs)
+
     # -- calls ---------------------------------------------------------------------------------------------
 
     def __call__(self, *arguments: Any, **by_name: Any) -> Any:

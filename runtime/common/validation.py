@@ -25,7 +25,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import BladesmithError, InputError, ShapeError, suggest
+from ..codegen.errors import BladesmithError, InputError, ShapeError, one_line, suggest
 from ..codegen.execute.arrays import native_array
 from .dtypes import F32, F64
 
@@ -250,13 +250,24 @@ def as_axis(value: Any, shape: tuple[int, ...], what: str, error: type[Bladesmit
 
 
 def as_array(value: Any, name: str, error: type[BladesmithError] = InputError) -> NDArray[Any]:
-    """Array of any items."""
+    """Array of any items, in the memory of what has a buffer, ``__array__`` or ``__dlpack__`` on the host."""
+    first = value
+    while isinstance(first, list | tuple) and len(first):
+        first = first[0]
+    if hasattr(first, "as_kind"):
+        raise error(f"{name}: a multivector is not an array; its coefficients are x.values.")
     try:
+        if hasattr(value, "__dlpack__") and not hasattr(value, "__array__"):
+            return np.from_dlpack(value)
         return np.asarray(value)
     except ValueError:
         raise error(f"{name} is ragged; all its rows have one length.") from None
-    except (TypeError, OverflowError) as problem:  # a multivector, for one, says what to take instead
+    except (TypeError, OverflowError) as problem:
         raise error(f"{name}: {problem}") from None
+    except (BufferError, RuntimeError) as problem:
+        text = one_line(problem)
+        remedy = "Copy it to the host as float64 or float32, and detach it from a gradient, first"
+        raise error(f"{name} is not readable as an array of NumPy ({text})", remedy=remedy) from None
 
 
 def real_array(

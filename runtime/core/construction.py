@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.algebra.algebra import Kind
-from ..codegen.errors import BladeError, GradeError, InputError, ShapeError
+from ..codegen.errors import BladeError, GradeError, InputError, KindError, ShapeError
 from ..common.dtypes import common_precision
-from ..common.validation import as_instance, as_int, as_tuple, real_array
+from ..common.validation import as_array, as_instance, as_int, as_tuple, real_array
 from ..dispatch.types import TypedAlgebra
 from .linear_maps import blade_in
 from .operators import is_expression
@@ -54,6 +54,38 @@ def from_array(
     rows = real_array(values, f"the array of values on {layout.name}", (..., layout.size))
     data = np.array(rows, order="C") if signs is None else _permute_columns(rows, signs)
     return layout, data
+
+
+def shared_array(
+    algebra: TypedAlgebra, values: Any, grades: Iterable[int] | None, blades: Iterable[Any] | None,
+    kind: str | Kind | None,
+) -> tuple[Kind, NDArray[Any]]:  # fmt: skip
+    """The array itself (..., k) on grades, blades, a layout, or all blades.
+
+    Raises
+    ------
+    InputError, KindError
+        If its memory is not as it has to be; if the kind has constraints.
+    """
+    layout, signs = layout_for(algebra, grades, blades, kind)
+    if kind is not None and not as_kind(algebra, kind).is_layout:
+        raise KindError(
+            f"an array that others may write to is no {layout.name}.", remedy=f'Write kind=alg.layout("{layout.name}")'
+        )
+    what = f"the array of values on {layout.name}"
+    given = as_array(values, what)
+    rows = real_array(given, what, (..., layout.size))
+    problem = (
+        f"its type is {given.dtype}" if rows is not given
+        else "it is not contiguous" if not rows.flags.c_contiguous
+        else "its columns have names" if signs is not None
+        else "it is no array" if isinstance(values, list | tuple | Mapping)
+        else ""
+    )  # fmt: skip
+    if problem:
+        remedy = "Leave out copy=False, or give a contiguous array of float64 or float32 in storage order"
+        raise InputError(f"{what} cannot be shared: {problem}.", remedy=remedy)
+    return layout, rows
 
 
 def has_expressions(values: Any) -> bool:

@@ -14,6 +14,8 @@ from ..codegen.errors import AlgebraMismatchError, BladeError, GradeError, Input
 from ..codegen.execute.result_memory import MANY, STORE
 from ..common.dtypes import F32, F64
 from ..common.validation import as_int, real_array
+from ..dispatch.arrays.backends import Backend, backend_of
+from ..dispatch.arrays.types import array_type, common_backend, rows_on, wrap
 from ..dispatch.coefficients import broadcast
 from ..dispatch.multivector_data import M, MultivectorData
 from ..dispatch.product_tables import LINEAR, linear_map
@@ -39,16 +41,20 @@ def _map(source: Type, name: str) -> tuple[Type, Callable[[NDArray[Any]], NDArra
     if not source.kind.is_layout and source.size <= MAX_PROVED:
         proved = algebra.result_kind(LINEAR[name], (source.kind,))
         kind = proved if proved.blades == blades else kind
-    out = algebra.type_of(kind, source.dtype)
+    out, backend = source.of_kind(kind), source.backend
     if len(images) == len(blades) == len(set(places.tolist())):  # one source each: signs and a permutation
         column = {image: i for i, image in enumerate(images.tolist())}
         order = [column[blade] for blade in blades]
         index, scale = places[order], weights[order].astype(source.dtype)
+        if backend is not None:
+            return out, lambda data: backend.take(data, index) * backend.constant(scale, data)
         if np.array_equal(index, np.arange(source.size)):
             return out, lambda data: data * scale if data.size < MANY else _many_scaled(data, scale)
         return out, lambda data: data[..., index] * scale
     matrix = np.zeros((source.size, len(blades)), source.dtype)
     matrix[places, [out.columns[image] for image in images.tolist()]] = weights
+    if backend is not None:
+        return out, lambda data: data @ backend.constant(matrix, data)
     return out, lambda data: data @ matrix
 
 
@@ -65,6 +71,8 @@ def select_grades(x: M, grades: Sequence[int]) -> M:
     out, index = x._type.memoize(key, lambda: _selection(x._type, set(grades)))
     if index is None:
         return x
+    if x._type.backend is not None:
+        return x._make(out, x._type.backend.take(x._data, index if len(index) else np.array([-1])), x._lead)
     data = x._data[..., index] if len(index) else np.zeros((*x._lead, 1), out.dtype)
     return x._make(out, data, x._lead)
 
@@ -74,7 +82,7 @@ def _selection(source: Type, grades: set[int]) -> tuple[Type, Columns | None]:
     if len(index) == source.size:
         return source, None
     kind = source.algebra.layout_of([source.blades[i] for i in index] or [0])
-    return source.algebra.type_of(kind, source.dtype), np.array(index, np.int64)
+    return source.of_kind(kind), np.array(index, np.int64)
 
 
 def add(a: M, b: M, sign: int) -> M:
@@ -86,6 +94,10 @@ def add(a: M, b: M, sign: int) -> M:
         return a._make(a._type.unconstrained, data, data.shape[:-1])
     out, place_a, place_b = _union(a._type, b._type)
     lead = a._lead if a._lead == b._lead else broadcast(a, b)
+    if out.backend is not None:
+        left, right = (rows_on(x, out.kind, out.backend) for x in (a, b))
+        found: M = wrap(a.algebra, out.kind, left + right if sign > 0 else left - right, out.backend)
+        return found
     data = np.zeros((*lead, out.size), out.dtype)
     data[..., place_a] = a._data
     if sign > 0:
@@ -107,6 +119,9 @@ def _make_union(a: Type, b: Type) -> tuple[Type, Any, Any]:
         )
     dtype = F32 if a.single and b.single else F64
     out = a.algebra.type_of(a.algebra.layout_of({*a.blades, *b.blades}), dtype)
+    backend = common_backend(a, b)
+    if backend is not None:
+        return array_type(a.algebra, out.kind, dtype, backend), None, None
     return out, _column_indices(a, out), _column_indices(b, out)
 
 
@@ -133,6 +148,9 @@ def scale(x: M, value: Any, divide: bool = False) -> M:
             raise InputError("the factor is too large for a floating-point number.") from None
         if not divide:
             return x._make(x._type.unconstrained, x._data * value, x._lead)
+    backend = x._type.backend or (None if type(value) is np.ndarray else backend_of(value))
+    if backend is not None:
+        return _scale_on_arrays(x, value, divide, backend)
     factor = real_array(value, "the factor")
     dtype = x.dtype if factor.dtype == x.dtype or factor.ndim == 0 else F64
     data = x._data if x.dtype == dtype else x._data.astype(dtype)
@@ -144,6 +162,20 @@ def scale(x: M, value: Any, divide: bool = False) -> M:
         shapes = f"{x._lead} and {factor.shape}"
         raise ShapeError(f"shapes {shapes} do not broadcast; insert axes with a[:, None].") from None
     return x._make(x._type.unconstrained.in_precision(dtype), data, data.shape[:-1])
+
+
+def _scale_on_arrays(x: M, value: Any, divide: bool, backend: Backend) -> M:
+    data = rows_on(x, x.kind, backend)
+    if not isinstance(value, float):
+        factor = backend.floating(value, "the factor")
+        try:
+            np.broadcast_shapes(x._lead, tuple(factor.shape))
+        except ValueError:
+            what = f"shapes {x._lead} and {tuple(factor.shape)} do not broadcast; insert axes with a[:, None]."
+            raise ShapeError(what) from None
+        value = factor[..., None] if factor.ndim else backend.cast(factor, backend.precision(data))
+    found: M = wrap(x.algebra, x.kind.layout, data / value if divide else data * value, backend)
+    return found
 
 
 def is_close(a: MultivectorData, b: MultivectorData, rtol: float, atol: float) -> NDArray[np.bool_]:

@@ -19,11 +19,14 @@ from ..codegen.algebra.loader import algebra_from_data
 from ..codegen.errors import BladeError, GradeError, InputError
 from ..common.deprecation import renamed_attribute
 from ..common.dtypes import F64, as_precision
-from ..common.validation import as_choice, real_array
+from ..common.validation import as_bool, as_choice, real_array
+from ..dispatch.arrays.backends import Backend, Node, backend_of
+from ..dispatch.arrays.types import wrap
 from ..dispatch.item_statuses import array_result
 from ..dispatch.multivector_data import Statuses
 from ..dispatch.stock_kernels import StockKernels
 from . import construction, formatting, interning, kind_constraints, linear_maps
+from .arrays import multivector as arrays
 from .constructors import Constructors
 from .functions import exponentials, inverses, norms, powers
 from .operators import Number, Operators
@@ -104,7 +107,7 @@ class Multivector(Operators):
         return norms.reflect(self, mirror, strict)
 
     def __truediv__(self, other: Any) -> Multivector:
-        return self * other.inverse() if isinstance(other, Multivector) else super().__truediv__(other)
+        return self * other.inverse() if isinstance(other, Operators) else super().__truediv__(other)  # type: ignore[attr-defined]
 
     def __rtruediv__(self, other: Any) -> Multivector:
         return self.inverse().__rmul__(other)
@@ -263,6 +266,7 @@ class Algebra(Constructors[Multivector]):
         kind: str | Kind | None = None,
         basis: str | None = None,
         dtype: Any = None,
+        copy: bool = True,
         **coefficients: Any,
     ) -> Multivector:
         """Multivectors from coefficients.
@@ -282,13 +286,18 @@ class Algebra(Constructors[Multivector]):
         basis : "orthonormal", optional
             The names, or the order of the values, are those of orthonormal vectors (in CGA e4 = e+, e5 = e-).
         dtype : float64 or float32, optional
+        copy : bool
+            False: the multivector is a view of an array, or of what has a buffer, ``__array__`` or ``__dlpack__`` on
+            the host. Its kind is a layout, since others may write to the array, and its `values` are writable where
+            the array is. JAX arrays and PyTorch tensors are never copied; see docs/algebra/arrays.md.
         **coefficients
             Instead of a dictionary, by blade: ``multivector(e1=2.0, e12=[1.0, 3.0])``.
 
         Raises
         ------
         BladeError, KindError, ShapeError, InputError
-            For unknown blades, items that are not of the kind, shapes that do not fit, values that are no numbers.
+            For unknown blades, items that are not of the kind, shapes that do not fit, values that are no numbers; for
+            an array that cannot be shared where ``copy`` is False.
         """
         from .conversion import basis_change
 
@@ -299,9 +308,16 @@ class Algebra(Constructors[Multivector]):
             )
         values = coefficients or values
         precision = as_precision(dtype)
+        if as_bool(copy, "copy") is False and backend_of(values) is None:
+            if basis is not None or precision is not None:
+                raise InputError("basis= and dtype= need a copy; leave out copy=False.")
+            return self._on_shared(*construction.shared_array(self, values, grades, blades, kind))
         if construction.has_expressions(values):
             return construction.symbolic(self, values, grades, blades, kind, basis, dtype)  # type: ignore[no-any-return]
-        if isinstance(values, Multivector):
+        x: Any = arrays.from_any(self, values, grades, blades, kind, basis)
+        if x is not None:
+            pass
+        elif isinstance(values, Multivector):
             x = values if values.algebra is self else basis_change.from_algebra(self, values)
         elif basis is not None:
             other = self.on_basis(basis)
@@ -312,7 +328,13 @@ class Algebra(Constructors[Multivector]):
         else:
             x = self.wrap(*construction.from_array(self, values, grades, blades, kind))
         x = x if precision is None else x.astype(precision)
-        return x if kind is None else x.as_kind(kind)
+        return x if kind is None else x.as_kind(kind)  # type: ignore[no-any-return]
+
+    def _on_shared(self, layout: Kind, rows: NDArray[Any]) -> Multivector:
+        """Multivectors on memory that others may write to."""
+        shared = self.wrap(layout, rows)
+        shared._is_open = True  # nothing of the numbers is kept
+        return shared
 
     def on_basis(self, basis: str = "orthonormal") -> Algebra:
         """The algebra of the same signature on orthonormal vectors.
@@ -329,6 +351,9 @@ class Algebra(Constructors[Multivector]):
 
     def scalar(self, value: Any, dtype: Any = None) -> Multivector:
         """Scalars from an array of numbers."""
+        if (backend := backend_of(value)) is not None:
+            on_array = wrap(self, self.layout_of((0,)), backend.floating(value, "the scalar")[..., None], backend)
+            return on_array if dtype is None else on_array.astype(dtype)  # type: ignore[no-any-return]
         data = real_array(value, "the scalar")
         data = np.array(data, dtype=as_precision(dtype) or data.dtype)[..., None]
         return Multivector._make(self.type_of(self.layout_of((0,)), data.dtype), data, data.shape[:-1])
@@ -444,3 +469,6 @@ def _rebuilt(
     """Rebuild a pickled multivector; its kind is looked up by name, so that no code travels."""
     kind = algebra.layout_of(blades) if is_layout else algebra.kind(name)
     return Multivector._make(algebra.type_of(kind, data.dtype), data, data.shape[:-1], status)
+
+
+Backend.nodes.append(Node(Multivector, arrays.flatten, arrays.unflatten))

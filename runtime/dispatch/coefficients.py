@@ -40,6 +40,9 @@ def embed(x: MultivectorData, kind: Kind) -> NDArray[Any]:
     """Rows on the blades of ``kind``: zero where x has no such blade; the others of x are left out."""
     if x._type.blades == kind.blades:
         return x._data
+    if x._type.backend is not None:
+        columns = np.array([x._type.columns.get(blade, -1) for blade in kind.blades], np.int64)
+        return x._type.backend.take(x._data, columns)  # type: ignore[no-any-return]
     target, source = x._type.memoize(("embedded", kind.blades), lambda: _shared_columns(x._type, kind))
     data = np.zeros((*x._lead, kind.size), x.dtype)
     if len(target):
@@ -52,6 +55,12 @@ def _shared_columns(type: Type, kind: Kind) -> tuple[NDArray[np.intp], NDArray[n
     columns = type.columns
     pairs = [(i, columns[blade]) for i, blade in enumerate(kind.blades) if blade in columns]
     return np.array([i for i, _ in pairs], np.intp), np.array([j for _, j in pairs], np.intp)
+
+
+def no_items(x: MultivectorData) -> Any:
+    """No items of the same kind, on NumPy arrays: what a function makes of them says the kind of its results."""
+    plain = x.algebra.type_of(x.kind, x.dtype)
+    return x.algebra.multivector_class._make(plain, np.empty((0, plain.size), x.dtype), (0,))
 
 
 def normalize_exponents(x: M) -> tuple[M, NDArray[Any] | None]:

@@ -21,6 +21,7 @@ from ..codegen.execute.arrays import READY
 from ..codegen.trace.result_kinds import belongs
 from ..common.dtypes import F64, common_precision
 from ..common.validation import real_array
+from .arrays.backends import backend_of
 from .coefficients import embed
 from .item_plans import NO_PLAN, ItemPlan, NoPlan, make_plan
 from .kernel_entries import Entry, Key, Result
@@ -93,6 +94,11 @@ def evaluate_batch(algebra: TypedAlgebra, formula: str, *operands: MultivectorDa
     for x in operands:
         if not isinstance(x, ArrayOperand) and x.algebra is not algebra:
             raise AlgebraMismatchError(f"{x.algebra.name} is not {algebra.name}; convert the operand first.")
+    for x in operands:
+        backend = backend_of(x.value) if isinstance(x, ArrayOperand) else x._type.backend
+        if backend is not None:
+            found_on_arrays: FormulaResult = backend.evaluate(algebra, formula, operands)
+            return found_on_arrays
     keys = tuple(x.key if isinstance(x, ArrayOperand) else x.kind for x in operands)
     found = resolve_kernel(algebra, formula, keys)
     given = [
@@ -138,7 +144,7 @@ def item_plan(
                 return NO_PLAN, ()
             signature.append(array.shape)
             pointers.append(from_buffer(array))
-        elif isinstance(array, MultivectorData) and not array._lead:
+        elif isinstance(array, MultivectorData) and not array._lead and array._type.backend is None:
             signature.append(array._type)
             pointers.append(array._pointer or array._point())
         else:

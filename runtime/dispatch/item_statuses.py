@@ -84,7 +84,12 @@ def array_result(
 
 
 def invalidate_nonfinite(x: M) -> M:
-    """Items without an answer are NaN all over; what is not finite is `INVALID`, unless its status says more."""
+    """Items without an answer are NaN all over; what is not finite is `INVALID`, unless its status says more.
+
+    Other packages' arrays, which have no statuses, stay as they are.
+    """
+    if x._type.backend is not None:
+        return x
     if all_finite(x._data) and (x._status is None or not x._status.any()):
         return x
     bad = ~np.isfinite(x._data).all(-1)

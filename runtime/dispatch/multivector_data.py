@@ -203,8 +203,21 @@ class MultivectorData:
     def __eq__(self, other: object) -> NoReturn:
         raise TypeError("multivectors are compared with a.isclose(b), which takes a tolerance.")
 
-    def __array__(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("a multivector is not an array; its coefficients are x.values.")
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        """`values`, for functions of arrays; without a copy where the type is right."""
+        return np.array(self.values, dtype, copy=copy)
+
+    def __dlpack__(self, **options: Any) -> Any:
+        """`values` for other packages, without a copy: read-only, but writable on a `copy`.
+
+        To a package that asks for a version of the protocol without that mark, such as JAX, it is promised, not said.
+        """
+        return (self.values if options.get("max_version") else self._data).__dlpack__(**options)
+
+    def __dlpack_device__(self) -> tuple[int, int]:
+        """The host."""
+        kind, number = self.values.__dlpack_device__()
+        return int(kind), int(number)
 
     def __copy__(self) -> Self:
         return self._make(self._type, self._data.copy(), self._lead, self._status)

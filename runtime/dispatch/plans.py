@@ -21,7 +21,7 @@ from ..codegen.execute.result_memory import MANY, STORE
 from ..codegen.trace.result_kinds import belongs
 from ..common.dtypes import F32, F64
 from . import product_tables
-from .coefficients import broadcast, embed, expand_rows
+from .coefficients import broadcast, embed, expand_rows, no_items
 from .kernel_entries import Entry, KernelSource, Key
 from .multivector_data import MultivectorData, from_buffer
 from .product_tables import Table, product_table
@@ -56,8 +56,17 @@ def plan(operation: str, a: MultivectorData, b: MultivectorData) -> Plan:
     key = operation, a._type, b._type
     known = PLANS.get(key)
     if known is None:
-        known = PLANS[key] = _make(*key)
+        is_plain = a._type.backend is None and b._type.backend is None
+        known = PLANS[key] = _make(*key) if is_plain else _on_arrays(operation, a, b)
     return known
+
+
+def _on_arrays(operation: str, a: MultivectorData, b: MultivectorData) -> Plan:
+    """The plan where an operand holds another package's array: its result has the kind of that of NumPy arrays."""
+    x, y = no_items(a), no_items(b)
+    backend = a._type.backend or b._type.backend
+    found: Plan = backend.product(FORMULAS[operation], plan(operation, x, y)(x, y).kind, a, b)
+    return found
 
 
 def _make(operation: str, a: Type, b: Type) -> Plan:

@@ -73,6 +73,9 @@ class Type:
 
     __slots__ = ("algebra", "kind", "dtype", "single", "blades", "size", "_columns", "_cache")
 
+    #: The package whose arrays hold the coefficients; None: NumPy. See `dispatch.arrays`.
+    backend: Any = None
+
     def __init__(self, algebra: TypedAlgebra, kind: Kind, dtype: np.dtype[Any]) -> None:
         self.algebra = algebra
         self.kind = kind
@@ -98,7 +101,11 @@ class Type:
     @property
     def unconstrained(self) -> Type:
         """The type of the layout: the same blades, no constraints."""
-        return self.memoize("unconstrained", lambda: self.algebra.type_of(self.kind.layout, self.dtype))
+        return self.memoize("unconstrained", lambda: self.of_kind(self.kind.layout))
+
+    def of_kind(self, kind: Kind) -> Type:
+        """The type of another kind, in the same precision."""
+        return self.algebra.type_of(kind, self.dtype)
 
     def in_precision(self, dtype: np.dtype[Any]) -> Type:
         """The type of the same kind in another precision."""

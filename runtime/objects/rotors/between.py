@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from ...common.deprecation import renamed_keywords
 from ...common.validation import as_bool
+from ...core.arrays.multivector import ArrayMultivector
 from ...core.multivector import Multivector
-from ...dispatch.coefficients import embed
+from ...dispatch.coefficients import embed, no_items
 from ...dispatch.formulas import ArrayOperand, evaluate
 from ...dispatch.item_statuses import invalidate_nonfinite, merge_statuses, raise_first
 from ...status import Status
-from ..arguments import OBJECTS, pair
+from ..arguments import OBJECTS, as_objects, object_kind, pair, same_sort
 from ..masked_items import at, codes, masked_indices, merge_items, select
 from . import local_origin
 
@@ -76,6 +77,9 @@ def rotor_between(X: Any, Y: Any, strict: bool = False) -> Multivector:
 
     Notes
     -----
+    Objects on JAX arrays or PyTorch tensors go through the direct formula alone, without checks and statuses: it loses
+    digits next to the singular cases.
+
     Thesis 2.4 with S = 1/(2 beta) - beta K4 (the printed sign gives -R), in the form that splits on the sign of K0,
     so that nothing cancels as K4 goes to 0. An angle of e from a singular case costs no digits of R X ~R: the rotor
     is refined by the one from there to Y. Below e of about 1.2e-7 rounding takes the case for singular; lines and
@@ -86,6 +90,8 @@ def rotor_between(X: Any, Y: Any, strict: bool = False) -> Multivector:
     --------
     >>> R = objects.rotor_between(cga.circle((0, 0, 0), (0, 0, 1), 1.0), cga.line((1, 0, 0), (0, 1, 0)))
     """
+    if isinstance(X, ArrayMultivector) or isinstance(Y, ArrayMultivector):
+        return _on_arrays(X, Y)  # type: ignore[no-any-return]
     a, b = pair(X, Y)
     if a.grades == (1,):
         return _with_operand_statuses(invalidate_nonfinite(_formula("translation_between")(a, b)), a, b, ROTOR, strict)
@@ -168,6 +174,20 @@ def trs_rotor(X: Any, Y: Any, strict: bool = False) -> Multivector:
         found = found.as_kind(CONFORMAL, check=False)  # unit, proved on paper only
     # computed from parameters, it is accurate at any distance
     return _with_operand_statuses(invalidate_nonfinite(found), a, b, SIMILARITY, strict)
+
+
+def _on_arrays(x: Any, y: Any) -> Any:
+    """Rotors of objects on other packages' arrays: the direct formula, which is NaN where there is no unique answer."""
+    both: list[Any] = []
+    for each, what in ((x, "the first objects"), (y, "the second objects")):
+        if isinstance(each, ArrayMultivector):
+            kind = object_kind(each, what, tuple(OBJECTS))  # type: ignore[arg-type]
+            each = each.as_kind(kind, check=False)
+        both.append(each if isinstance(each, ArrayMultivector) else as_objects(each, what))
+    same_sort(*both)
+    kind = rotor_between(*map(no_items, both)).kind
+    name = "translation_between" if both[0].grades == (1,) else "rotor_between"
+    return evaluate(kind.algebra, f"rotors.{name}", *both).value.as_kind(kind, check=False)  # type: ignore[arg-type]
 
 
 def _with_operand_statuses(r: Multivector, a: Multivector, b: Multivector, name: str, strict: bool) -> Multivector:

@@ -1,0 +1,1 @@
+"""Multivectors whose coefficients are JAX arrays or PyTorch tensors."""
