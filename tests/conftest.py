@@ -3,20 +3,20 @@
 import os
 import signal
 from collections import Counter
+from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
-from platformdirs import user_cache_dir
 
 from bladesmith.codegen.generator import outdated_modules
 from bladesmith.errors import BladesmithError
 
-CACHE_VARIABLE = "BLADESMITH_CACHE_DIR"
-#: The user's, kept between sessions: the second one compiles nothing. Not inside the cache that programs use.
-TEST_CACHE = os.environ.get("BLADESMITH_TEST_CACHE_DIR") or user_cache_dir("bladesmith-tests", appauthor=False)
+from .support.build.levels import compiler_at, level_of
+from .support.checkout import TEST_CACHE
 
+CACHE_VARIABLE = "BLADESMITH_CACHE_DIR"
 STRICT = os.environ.get("BLADESMITH_STRICT_TESTS", "") not in ("", "0")
 _PEERS = ("pinocchio", "mujoco", "pytransform3d", "jaxlie", "example_robot_data", "torch")
 MACHINE_LACKS = (
@@ -27,10 +27,11 @@ MACHINE_LACKS = (
     "shell scripts",
     "no gcc with libasan",
     "no package example-robot-data",
+    "no full bars",
     *(f"could not import '{peer}" for peer in _PEERS),
-)  # reasons that no install can mend, and peers of the extra `benchmark`, which `ci` is without
-#: A minute each or more, of few tests: begun last, one core would wait for the other. The last two find the code that
-#: numba made for those before them.
+)  # reasons that no install can mend, or that were chosen; and peers of the extra `benchmark`, which `ci` is without
+#: Half a minute each or more, of few tests: begun last, one core would wait for the other. test_without_a_compiler finds
+#: the code that numba made for those before it.
 LONGEST = (
     "integration/test_targets.py",
     "test_sanitizers.py",
@@ -41,6 +42,10 @@ LONGEST = (
     "test_warnings.py",
     "test_without_a_compiler.py",
     "test_ziglang.py",
+    "test_docs.py",
+    "test_generated_sources.py",
+    "test_like_objects.py",
+    "exporting/test_exported_robots.py",
 )
 
 settings.register_profile("ci", deadline=None, derandomize=True)
@@ -74,6 +79,15 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ[CACHE_VARIABLE] = TEST_CACHE
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # of what a script starts in the background, and its children
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiler_level(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Programs of a module's tests are optimised as `support/build/levels.py` says."""
+    with pytest.MonkeyPatch.context() as patch:
+        if (level := level_of(request.path)) and (script := compiler_at(level)):
+            patch.setenv("CC", script)
+        yield
 
 
 @pytest.hookimpl(trylast=True)  # when what is not selected has gone

@@ -2,7 +2,6 @@
 
 import pytest
 
-from ..support.build.unoptimised import unoptimised as unoptimised
 from ..support.dynamics.documents import swung
 
 

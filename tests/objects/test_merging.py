@@ -21,6 +21,7 @@ from bladesmith.objects.clustering.agglomerative import merge_similar
 from bladesmith.objects.clustering.agglomerative_driver import Greedy
 
 from ..support.clusters import same_partition
+from ..support.effort import FULL
 from ..support.objects.merging import KINDS, all_pairs, bounds_of, clustered, mixed, table_of
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no compiler")
@@ -208,7 +209,7 @@ def test_threads_and_steps_change_nothing():
 
 @pytest.mark.compiles
 @pytest.mark.peers
-@pytest.mark.parametrize("kind", ["line", "circle"])
+@pytest.mark.parametrize("kind", ["line", "circle"] if FULL else ["line"])
 def test_numba_has_the_bits_of_c(kind, monkeypatch):
     """Merges, means, and everything that is noted on the way, through several builds of the tree."""
     x = clustered(kind, 60, 5, 7, 0.05)[0]

@@ -1,13 +1,19 @@
-"""The folder of the checkout, from which tests make every path, and the names that the package gives to users."""
+"""The folder of the checkout, from which tests make every path, that of what they compile, and the names that the package
+gives to users."""
 
 from __future__ import annotations
 
 import inspect
+import os
 from pathlib import Path
+
+from platformdirs import user_cache_dir
 
 import bladesmith
 
 CHECKOUT = Path(__file__).resolve().parents[2]
+#: The user's, kept between sessions: the second one compiles nothing. Not inside the cache that programs use.
+TEST_CACHE = os.environ.get("BLADESMITH_TEST_CACHE_DIR") or user_cache_dir("bladesmith-tests", appauthor=False)
 
 
 def public_modules() -> dict[str, list[str]]:

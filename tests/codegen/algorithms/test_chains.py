@@ -24,6 +24,8 @@ from bladesmith.kinematics.serial.axes import prismatic_axis, revolute_axis, scr
 from bladesmith.kinematics.serial.chain import Chain
 from bladesmith.kinematics.serial.driver import Driver
 
+from ...support.effort import FULL
+
 pytestmark = pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
 DIGITS = 50
 ALGEBRAS = [bs.cga3d, bs.pga3d]
@@ -160,7 +162,7 @@ def test_the_search_with_fifty_digits(case):
 @pytest.mark.peers
 @pytest.mark.compiles
 @pytest.mark.parametrize("kind", list(CHAINS))
-@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
+@pytest.mark.parametrize("algebra", ALGEBRAS if FULL else ALGEBRAS[1:], ids=lambda a: a.name)
 def test_numba_has_the_bits_of_c(algebra, kind):
     pytest.importorskip("numba")
     chain = CHAINS[kind](algebra)

@@ -12,7 +12,7 @@ from bladesmith import dynamics, kinematics
 CGA, PGA = bs.cga3d, bs.pga3d
 G = 9.81
 GRAVITY = dynamics.Gravity((0, 0, -G))
-pytestmark = [pytest.mark.compiles, pytest.mark.usefixtures("unoptimised")]
+pytestmark = pytest.mark.compiles
 
 
 def ball(mass=1.0, position=(0, 0, 0), **options):

@@ -32,7 +32,6 @@ START: dict[str, Any] = {
     "spring.anchor": np.array([0.0, 1.0, 4.0]), "body_wrench": np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]),
     "world_wrench": np.array([0.3, 0.1, 0.2, 0.6, 0.4, 0.5]),
 }  # fmt: skip
-pytestmark = pytest.mark.usefixtures("unoptimised")
 
 TIMES = np.array([0.0, 0.4, 0.8])
 PLACE = TURN @ POINT + START["position"]

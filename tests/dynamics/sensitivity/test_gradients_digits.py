@@ -30,8 +30,6 @@ from ...oracles.gradients import (
     turning,
 )
 
-pytestmark = pytest.mark.usefixtures("unoptimised")
-
 ALGEBRAS = [bs.cga3d, bs.pga3d]
 DURATION = 0.5
 

@@ -12,7 +12,7 @@ import pytest
 import bladesmith as bs
 from bladesmith import dynamics, kinematics
 
-pytestmark = [pytest.mark.slow, pytest.mark.compiles, pytest.mark.usefixtures("unoptimised")]
+pytestmark = [pytest.mark.slow, pytest.mark.compiles]
 START = {"x": 2.0, "v": -0.3, "m": 2.0, "k": 1e6, "c": 1e7, "rest": 0.5}
 NAMES = {"x": "position", "v": "velocity", "m": "mass", "k": "spring.stiffness", "c": "spring.damping",
          "rest": "spring.length"}  # fmt: skip

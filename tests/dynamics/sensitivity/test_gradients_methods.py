@@ -23,7 +23,7 @@ from bladesmith.dynamics.integration.integrators import INTEGRATORS
 
 from ...oracles.gradients import DIGITS, STEP, TURN, everything, numbers
 
-pytestmark = [pytest.mark.slow, pytest.mark.compiles, pytest.mark.usefixtures("unoptimised")]
+pytestmark = [pytest.mark.slow, pytest.mark.compiles]
 #: Large steps: what is compared are the derivatives of the steps, whatever their errors.
 TIMES, LENGTH = np.array([0.0, 0.05]), 0.03
 START: dict[str, Any] = {

@@ -18,7 +18,7 @@ from .test_trees import loads, mixed
 
 CGA, PGA = bs.cga3d, bs.pga3d
 PULL = (6.0, 0.0, -9.81)
-pytestmark = [pytest.mark.compiles, pytest.mark.usefixtures("unoptimised")]
+pytestmark = pytest.mark.compiles
 
 
 def rods(algebra: Any = CGA, axis: Any = (0, 1, 0), mass: Any = MASS) -> dynamics.System:

@@ -1,7 +1,7 @@
-"""One program of each chapter, run in a process of its own where nothing was compiled at install: `chapters.py OUT`.
+"""One program of each chapter, in a process of its own where nothing was compiled at install: `chapters.py OUT LEVEL`.
 
 Results go to the file OUT, by the names of `capabilities.PROGRAMS`; of programs that need a compiler, where there is
-none, nothing.
+none, nothing. LEVEL is the compiler's of programs, where it is not the package's own.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ if __name__ == "__main__":  # their imports fail
 import bladesmith as bs  # noqa: E402
 from bladesmith import cga3d as cga  # noqa: E402
 from bladesmith import codegen, dynamics, kinematics, objects, registration, tracer  # noqa: E402
+from bladesmith.codegen.build import extension  # noqa: E402
 from bladesmith.codegen.language import Int, Out, Real, Rows, Vector, cos, exp, sqrt  # noqa: E402
 from bladesmith.errors import CompilerMissingError  # noqa: E402
 
@@ -96,6 +97,8 @@ CHAPTERS: dict[str, Callable[[], list[Any]]] = {
 def main() -> None:
     """Run all, and keep what they give."""
     found: dict[str, Any] = {}
+    if level := "".join(sys.argv[2:]):
+        extension.C_FLAGS = tuple(level if flag.startswith("-O") else flag for flag in extension.C_FLAGS)
     for name, run in CHAPTERS.items():
         with contextlib.suppress(CompilerMissingError):
             found |= {f"{name} {k}": np.asarray(value) for k, value in enumerate(run())}

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ...conftest import TEST_CACHE
+from ..checkout import TEST_CACHE
 
 
 @contextmanager

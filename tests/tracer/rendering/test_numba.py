@@ -15,6 +15,8 @@ from bladesmith.errors import SceneError
 from bladesmith.tracer.rendering import program
 from bladesmith.tracer.surfaces import base
 
+from ...support.effort import FULL
+
 needs_both = [
     pytest.mark.compiles,
     pytest.mark.peers,
@@ -59,6 +61,10 @@ def swept() -> list[tracer.Surface]:
     ]
 
 
+#: Of the first the others hold all: surfaces, and rays without a tree.
+SCENES = (few, many, swept) if FULL else (many, swept)
+
+
 def rays(random: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
     origins, directions = 3 * random.normal(size=(2, count, 3))
     directions[: count // 4] = np.round(directions[: count // 4])  # along axes and in the planes of sides
@@ -71,7 +77,7 @@ def same(found, expected) -> None:
     assert found.dtype == expected.dtype and np.array_equal(found, expected, equal_nan=found.dtype.kind == "f")
 
 
-@pytest.mark.parametrize("surfaces", [pytest.param(each, marks=needs_both) for each in (few, many, swept)])
+@pytest.mark.parametrize("surfaces", [pytest.param(each, marks=needs_both) for each in SCENES])
 def test_pictures_and_hits_have_the_bits_of_c(surfaces) -> None:
     scene = tracer.Scene(CAMERA, LIGHTS, surfaces(), reflections=4)
     assert scene.needs.tree == (surfaces is many)
@@ -115,6 +121,7 @@ def test_nothing_compiled_and_no_compiler(surfaces, monkeypatch, caplog) -> None
     assert any(r.getMessage().startswith("scenes run by numba: ") for r in caplog.records)
 
 
+@pytest.mark.skipif(not FULL, reason="no full bars: half a minute of numba for what pictures compile, too")
 @pytest.mark.parametrize("surfaces", [pytest.param(swept, marks=needs_both)])
 def test_all_points_of_surfaces_along_curves(surfaces, monkeypatch) -> None:
     origins, directions = rays(np.random.default_rng(6), 3000)
