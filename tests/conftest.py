@@ -30,7 +30,7 @@ MACHINE_LACKS = (
     "no full bars",
     *(f"could not import '{peer}" for peer in _PEERS),
 )  # reasons that no install can mend, or that were chosen; and peers of the extra `benchmark`, which `ci` is without
-#: Half a minute each or more, of few tests: begun last, one core would wait for the other. test_without_a_compiler finds
+#: Half a minute each or more, of few tests: begun last, one core would wait for another. test_without_a_compiler finds
 #: the code that numba made for those before it.
 LONGEST = (
     "integration/test_targets.py",
