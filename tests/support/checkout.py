@@ -1,5 +1,5 @@
-"""The folder of the checkout, from which tests make every path, that of what they compile, and the names that the package
-gives to users."""
+"""The folder of the checkout, from which tests make every path, that of what they compile, and the names that the
+package gives to users."""
 
 from __future__ import annotations
 
