@@ -159,7 +159,7 @@ def pictures(options: argparse.Namespace) -> Iterator[Row]:
         for _ in range(REPEATS):
             for many, found in seconds.items():
                 driver.MANY_SAMPLES = many
-                found.append(best(lambda: scene.render(WIDTH, HEIGHT, threads=1, antialias=1), repeats=1))
+                found.append(best(partial(scene.render, WIDTH, HEIGHT, threads=1, antialias=1), repeats=1))
         driver.MANY_SAMPLES = least
         single, several = (min(found) for found in seconds.values())
         yield {"what": f"{path.name}, {WIDTH} x {HEIGHT}, several pixels at once", "ours": several, "peer": single,
