@@ -11,7 +11,9 @@ import pytest
 
 from bladesmith import cga3d, tracer
 from bladesmith.codegen.build import extension
+from bladesmith.codegen.programs.tracer import several_rays as programs
 from bladesmith.codegen.programs.tracer.several_rays import meets_several
+from bladesmith.codegen.targets.c.instances import WIDE
 from bladesmith.curves import KochanekBartels
 from bladesmith.tracer.rendering import driver, row_bands, several_rays
 from bladesmith.tracer.rendering.canvas import RenderInterrupted
@@ -98,6 +100,16 @@ def test_random_scenes(surfaces: Any, left: list[float], monkeypatch: pytest.Mon
         assert found["color"].std() > 0.01
     assert np.median(left) < 0.05  # of nearly cospherical pieces it is a quarter
     np.testing.assert_array_equal(scene.render(61, 43, antialias=1), scene.layers(61, 43, ["color"])["color"])
+
+
+@pytest.mark.compiles
+def test_four_lanes(left: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Processors without AVX-512."""
+    monkeypatch.setattr(programs, "INSTANCE", WIDE[0])
+    monkeypatch.setattr(several_rays, "_loaded", several_rays._loaded.__wrapped__)
+    random = np.random.default_rng(11)
+    check(scene_of(mixed(random), random), monkeypatch, 61, 43)
+    assert left
 
 
 @pytest.mark.compiles
