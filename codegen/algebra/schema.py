@@ -26,7 +26,7 @@ from typing import Any
 from pydantic import Field
 
 from ..documents.document import Table, read_document
-from ..errors import SpecError
+from ..errors import SpecError, suggest
 from .loader import PRESETS, STOCK
 
 
@@ -78,6 +78,7 @@ def stock_spec_path(name: str) -> Path:
     SpecError
         If there is no stock algebra of this name.
     """
-    if name not in (*STOCK, *PRESETS):
-        raise SpecError(f"there is no stock algebra {name!r}; there are: {', '.join((*STOCK, *PRESETS))}.")
+    known = (*STOCK, *PRESETS)
+    if name not in known:
+        raise SpecError(f"there is no stock algebra {name!r}{suggest(name, known)}; there are: {', '.join(known)}.")
     return Path(str(resources.files(__package__.rpartition(".")[0]).joinpath("specs", f"{name}.toml")))

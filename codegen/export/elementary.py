@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from functools import cache
 
 from ..elementary.constants import DOUBLE, SINGLE
 from ..ir.loops.nodes import Function
@@ -24,7 +25,8 @@ def elementary_functions(used: Collection[str], precision: str) -> list[Function
     return functions
 
 
-def far_functions() -> list[Function]:
+@cache
+def far_functions() -> tuple[Function, ...]:
     """The reduction of one very large angle, in float64, callees first."""
     functions, _ = in_calling_order([elementary.far_reduction()])
-    return functions
+    return tuple(functions)

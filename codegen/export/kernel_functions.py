@@ -6,7 +6,6 @@ Results come first among the parameters, then inputs, each an array of its coeff
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction
@@ -69,18 +68,13 @@ class _Reader:
         self.terms: dict[int, int] = {}
         self.calls: dict[tuple[Kernel, tuple[int, ...]], list[Array]] = {}
         self.body: list[Statement] = []
-        self.names = 0
-        given = [i.name for i in self.kernel.inputs] + [o.name for o in self.kernel.outputs]
-        self.stem = next(s for s in "tuvwabcd" if not any(re.fullmatch(rf"{s}\d+", name) for name in given))
+        self.count = 0
+        self.taken = {o.name for o in self.kernel.outputs}
 
     def function(self) -> Function:
         kernel = self.kernel
         outputs = [Parameter(o.name, ArrayType(REAL, (len(o.nodes),)), "out") for o in kernel.outputs]
-        taken = {o.name for o in outputs}
-        inputs = [
-            Parameter(f"{i.name}_" if i.name in taken else i.name, ArrayType(REAL, (i.kind.size,)))
-            for i in kernel.inputs
-        ]
+        inputs = [Parameter(self._unused(i.name), ArrayType(REAL, (i.kind.size,))) for i in kernel.inputs]
         self.inputs = [Array(p.name, p.type) for p in inputs if isinstance(p.type, ArrayType)]
         for node in sorted((n for n in self.nodes if n.op == "var"), key=lambda n: n.data):
             self._load(node)
@@ -100,6 +94,13 @@ class _Reader:
             (),
             tuple(self.body),
         )
+
+    def _unused(self, name: str) -> str:
+        """The name, or one like it where an argument, a coefficient or a result has it."""
+        while name in self.taken:
+            name += "_"
+        self.taken.add(name)
+        return name
 
     def _load(self, node: Node) -> None:
         i, k = node.data
@@ -129,11 +130,11 @@ class _Reader:
             self.expressions[node.id], self.terms[node.id] = value, terms
 
     def _name(self, node: Node, value: Expression) -> None:
-        self._assign(node, f"{self.stem}{self.names}", value)
-        self.names += 1
+        self._assign(node, f"t{self.count}", value)
+        self.count += 1
 
     def _assign(self, node: Node, name: str, value: Expression) -> None:
-        variable = Variable(name, value.type)
+        variable = Variable(self._unused(name), value.type)
         self.body.append(Assign(variable, value))
         self.expressions[node.id], self.terms[node.id] = variable, 1
 
@@ -169,7 +170,7 @@ class _Reader:
         arrays = []
         for parameter in callee.parameters:
             assert isinstance(parameter.type, ArrayType)
-            array = Array(f"c{number}_{parameter.name}", parameter.type, is_local=True)
+            array = Array(self._unused(f"c{number}_{parameter.name}"), parameter.type, is_local=True)
             self.body.append(Allocate(array, is_zero=False))
             arrays.append(array)
             if parameter.access == "in":

@@ -21,6 +21,8 @@ _WORDS = {
         bitand bitor char8_t char16_t char32_t co_await co_return co_yield compl concept consteval constexpr constinit
         const_cast decltype dynamic_cast final import module noexcept not_eq nullptr or_eq override reinterpret_cast
         requires static_assert static_cast thread_local typeid xor_eq std main
+        HUGE_VAL HUGE_VALF HUGE_VALL INFINITY M_1_PI M_2_PI M_2_SQRTPI M_E M_LN10 M_LN2 M_LOG10E M_LOG2E M_PI M_PI_2
+        M_PI_4 M_SQRT1_2 M_SQRT2 NAN NULL
     """,
     "rust": """
         abstract as async await become box break const continue crate do dyn else enum extern false final fn for gen if
@@ -43,13 +45,30 @@ _WORDS = {
         vec4 writeonly
     """,
 }
+#: Names that a file cannot have, beside words: in C++ a namespace would hide what headers declare, in Rust crates have
+#: files of these names.
+_TAKEN_FILES = {
+    "cpp": """
+        abort abs acos acosh asin asinh atan atan2 atanh atof atoi atol calloc cbrt ceil copysign cos cosh div drand48
+        drem erf erfc exit exp exp2 expm1 fabs fdim ffs finite floor fma fmax fmin fmod free frexp gamma getenv hypot
+        ilogb index j0 j1 jn labs ldexp ldiv lgamma llabs lldiv log log10 log1p log2 logb lrand48 lrint lround malloc
+        memchr memcmp memcpy memmove memset modf mrand48 nearbyint nextafter nexttoward pow qsort rand random realloc
+        remainder remquo rindex rint round scalbln scalbn select signgam significand sin sinh sqrt srand srandom
+        strcat strchr strcmp strcpy strlen strstr strtod strtol system tan tanh tgamma trunc y0 y1 yn
+    """,
+    "rust": "lib main",
+}
 #: Languages in which functions have the file's name before theirs: there they may be called as a word.
 _PREFIXED = ("c99", "glsl")
 #: Languages in which blades, arguments and results get an underscore where they are called as a word.
 _RENAMED = ("glsl",)
 #: Names of the files' own functions, where types and functions have one space of names.
 _HELPERS = ("quotient", "remainder", "min", "max", "imin", "imax", "iabs")
-_OWN = {"c99": _HELPERS, "glsl": _HELPERS, "cpp": ("detail",)}
+_OWN = {
+    "c99": _HELPERS, "glsl": _HELPERS, "cpp": ("detail", "T"),
+    "js": ("BigInt", "BigInt64Array", "Float64Array", "Infinity", "Math", "NaN", "Number", "Object", "RangeError",
+           "Uint16Array", "Uint32Array", "Uint8Array"),
+}  # fmt: skip
 #: Languages whose words are not those of C besides.
 _UNLIKE_C = ("rust", "js")
 
@@ -91,6 +110,11 @@ def check_names(unit: Unit, language: str) -> None:
     InputError
     """
     words = language_words(language)
+    if unit.name in _TAKEN_FILES.get(language, "").split() or (language == "glsl" and unit.name.startswith("gl_")):
+        raise InputError(
+            f"a file of {language} cannot be called {unit.name!r}: that is a name of its library.",
+            remedy=_remedy("the name of the file"),
+        )
     for what, name, is_prefixed in _names(unit):
         if not (_NAME if what.startswith(_OUTER) else _INNER_NAME).fullmatch(name):
             raise InputError(
@@ -105,7 +129,10 @@ def check_names(unit: Unit, language: str) -> None:
     _check_different([*(s.name for s in unit.structs), *results], types, "kinds or results")
     _check_different([e.name for e in unit.entries], others, "functions")
     if language in _OWN:
-        taken = {*_OWN[language], *(types(s.name) for s in unit.structs), *map(types, results)}
+        kinds = {*(types(s.name) for s in unit.structs), *map(types, results)}
+        if hidden := kinds.intersection(_OWN[language]):
+            raise InputError(f"a kind would be called {min(hidden)}, which is taken there.", remedy="Rename it.")
+        taken = {*_OWN[language], *(() if language == "js" else kinds)}
         for name in (e.name for e in unit.entries):
             if name in taken or (language in _PREFIXED and name.startswith("math_")):
                 raise InputError(f"the name of the function {name!r} is taken there.", remedy="Give it another name.")
@@ -118,12 +145,12 @@ def check_names(unit: Unit, language: str) -> None:
 def _check_different(names: Sequence[str], spelled: Callable[[str], str], what: str) -> None:
     found: dict[str, str] = {}
     for name in names:
-        other = found.setdefault(spelled(name), name)
-        if other != name:
+        if spelled(name) in found:
             raise InputError(
-                f"the {what} {other!r} and {name!r} are both {spelled(name)} there.",
+                f"the {what} {found[spelled(name)]!r} and {name!r} are both {spelled(name)} there.",
                 remedy="Declare one of them with another name.",
             )
+        found[spelled(name)] = name
 
 
 def _names(unit: Unit) -> Iterator[tuple[str, str, bool]]:

@@ -9,7 +9,10 @@ import textwrap
 from collections.abc import Callable
 from typing import Any
 
-from ..optimise.accuracy import error_bound
+import numpy as np
+
+from ..ir.graph import in_order_of_use
+from ..optimise.accuracy import finite_bounds
 from ..optimise.variants import Variant
 from ..targets.printer import comment_text
 from ..trace.kernel import Formula
@@ -32,9 +35,13 @@ def _rounding(variant: Variant) -> str:
     """What is known of the rounding errors."""
     if not variant.operations.total:
         return "none"
-    bound = error_bound(variant.kernel, variant.roots)
+    bounds = finite_bounds(variant.kernel, variant.roots)
+    if not bounds.size:
+        return "no bound, since arguments at random have no value"
+    bound = float(np.median(bounds))
     if not bound:
-        return "no bound of first order"
+        decides = any(node.op == "select" for node in in_order_of_use(variant.roots))
+        return "only where numbers are compared, or by underflow" if decides else "only by underflow"
     if bound > LARGEST_BOUND:
         return "compensated: sums with twice the digits"
     return f"at most about {bound:.2g} roundoffs of the largest coefficient"

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..algebra.algebra import Kind
 from ..algebra.members import NumericSource, sample
@@ -41,6 +42,12 @@ def error_bound(kernel: Kernel, roots: Sequence[Node]) -> float:
 
     In units of roundoff of the largest coefficient of its output; 0 for results that are exact or never finite.
     """
+    finite = finite_bounds(kernel, roots)
+    return float(np.median(finite)) if finite.size else 0.0
+
+
+def finite_bounds(kernel: Kernel, roots: Sequence[Node]) -> NDArray[np.float64]:
+    """The error bounds of `error_bound` over ordinary sampled inputs, as far as they are finite."""
     with np.errstate(all="ignore"):
         bounded = {index: (v, 0.0) for index, v in next(samples(kernel)).items()}
         found = iter(evaluate(roots, bounded, BoundRing()))
@@ -49,9 +56,8 @@ def error_bound(kernel: Kernel, roots: Sequence[Node]) -> float:
             pairs = np.array([[np.broadcast_to(x, SAMPLES) for x in next(found)] for _ in output.nodes])
             if output.role != "status":
                 relative.append(np.max(pairs[:, 1], axis=0) / np.max(np.abs(pairs[:, 0]), axis=0))
-        worst = np.max(relative, axis=0)
-        finite = worst[np.isfinite(worst)]
-    return float(np.median(finite)) if finite.size else 0.0
+        worst: NDArray[np.float64] = np.max(relative, axis=0)
+    return worst[np.isfinite(worst)]
 
 
 def samples(kernel: Kernel) -> Iterator[dict[tuple[int, int], Any]]:

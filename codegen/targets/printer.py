@@ -21,8 +21,9 @@ MAX_INLINE = 72
 
 
 def comment_text(note: str) -> str:
-    """A note on one line that cannot end a comment of any target, nor begin another."""
-    return " ".join(note.split()).replace("/*", "/ *").replace("*/", "* /")
+    """A note on one line that cannot end a comment of any target, nor begin another, with what can be seen alone."""
+    seen = "".join(c if c.isprintable() or c.isspace() else "?" for c in note)
+    return " ".join(seen.split()).replace("/*", "/ *").replace("*/", "* /")
 
 
 class Printer(ABC):

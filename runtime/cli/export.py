@@ -111,8 +111,13 @@ def _export_object(source: str, target: Target, derived: Mapping[str, tuple[str,
     sys.path.insert(0, "")
     try:
         found = pkgutil.resolve_name(source)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise InputError(f"cannot be imported: {error}.", where=source) from None
+    except (Exception, SystemExit) as error:  # what a user's module does when it is imported
+        kind = "" if isinstance(error, (ImportError, AttributeError)) else f"{type(error).__name__}: "
+        raise InputError(
+            f"cannot be imported: {kind}{error}.",
+            where=source,
+            remedy=f"See `python -c 'import {source.partition(':')[0]}'`.",
+        ) from error
     finally:
         sys.path.remove("")
     if isinstance(found, KernelFunction):

@@ -31,6 +31,8 @@ number = 1
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "exported_module.py").write_text(MODULE)
+    (tmp_path / "failing_module.py").write_text("1 / 0\n")
+    (tmp_path / "leaving_module.py").write_text("raise SystemExit(0)\n")
     return tmp_path
 
 
@@ -67,6 +69,9 @@ def test_a_header_may_stand_apart(folder: Path) -> None:
         (["exported_module:nobody"], "cannot be imported"),
         (["exported_module:number"], "no kernel and no algorithm"),
         (["no_module:move"], "cannot be imported"),
+        (["failing_module:move"], "cannot be imported: ZeroDivisionError"),
+        (["leaving_module:move"], "cannot be imported: SystemExit"),
+        (["VGA3D"], "did you mean 'vga3d'"),
         (["exported_module:move", "--derivative", "z"], "z"),
         (["exported_module:move", "--only", "x"], "--only has no meaning here"),
         ([str(EXAMPLES / "arm.toml"), "--only", "x"], "--only has no meaning here"),

@@ -21,6 +21,7 @@ from ..header import SAME_BITS, header_lines
 from ..names import language_words
 from ..places import places_of, result_of
 from ..unit import Entry, Slot, Unit
+from .numbers import rounded
 
 #: The variable that a kernel returns.
 RESULT = "result_"
@@ -84,19 +85,26 @@ class ExportPrinter(CLoopPrinter):
             return "true" if value.value else "false"
         if value.type != REAL:
             return super().constant(value)
-        number = float(value.value)
+        number = rounded(float(value.value), self.precision)
         if math.isnan(number):
             return self.not_a_number
         if math.isinf(number):
             return self.infinity if number > 0 else f"-{self.infinity}"
         return self.literal(number)
 
-    #: Numbers that are none.
-    not_a_number, infinity = "NAN", "INFINITY"
+    @property
+    def not_a_number(self) -> str:
+        """What is no number, in the precision of the file: the macro is a float."""
+        return "(double)NAN" if self.precision == "f64" else "NAN"
+
+    @property
+    def infinity(self) -> str:
+        """The infinite number."""
+        return "(double)INFINITY" if self.precision == "f64" else "INFINITY"
 
     def literal(self, number: float) -> str:
-        """A finite number."""
-        return repr(number) if self.precision == "f64" else f"{float(np.float32(number))!r}f"
+        """A finite number, which the precision has."""
+        return repr(number) if self.precision == "f64" else f"{number!r}f"
 
     def machine_number(self, name: str) -> str:
         """``"epsilon"``: the distance from 1 to the next number; ``"largest"``: the largest finite number."""

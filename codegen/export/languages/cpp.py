@@ -49,11 +49,11 @@ class CppPrinter(ExportPrinter):
         return super().literal(number) if self.is_mathematics else f"T({number!r})"
 
     @property
-    def not_a_number(self) -> str:  # type: ignore[override]
+    def not_a_number(self) -> str:
         return f"{self.real}(NAN)"
 
     @property
-    def infinity(self) -> str:  # type: ignore[override]
+    def infinity(self) -> str:
         return f"{self.real}(INFINITY)"
 
     def machine_number(self, name: str) -> str:

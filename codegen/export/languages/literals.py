@@ -9,8 +9,6 @@ from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from ...elementary.constants import TWO_OVER_PI
 from ...ir.loops.nodes import Array, Constant, Expression, Function, Store, View
 from ...ir.loops.types import REAL
@@ -21,6 +19,7 @@ from ..elementary import far_functions
 from ..header import header_lines
 from ..places import places_of, result_of
 from ..unit import Entry, Slot, Unit
+from .numbers import rounded
 
 #: A line of fields may have so many.
 MOST_LETTERS = 90
@@ -84,10 +83,7 @@ class LiteralPrinter(BlockPrinter):
 
     def real_constant(self, value: Constant) -> str:
         """A number in the precision of the file."""
-        number = float(value.value)
-        if self.precision == "f32":
-            with np.errstate(over="ignore"):
-                number = float(np.float32(number))
+        number = rounded(float(value.value), self.precision)
         if math.isnan(number):
             return self.not_a_number
         if math.isinf(number):

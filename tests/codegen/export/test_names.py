@@ -14,7 +14,7 @@ import bladesmith as bs
 from bladesmith import codegen, pga3d
 from bladesmith.codegen.export.options import LANGUAGES
 from bladesmith.codegen.language import Real
-from bladesmith.errors import BladesmithError
+from bladesmith.errors import BladesmithError, InputError
 
 
 @codegen.kernel(pga3d.kind("motor"), pga3d.kind("point"))
@@ -25,6 +25,10 @@ def move(m, x):
 @codegen.kernel(codegen.scalar, codegen.scalar, algebra=pga3d, name="int")
 def product(double, final):
     return double * final
+
+
+def called(name: str) -> codegen.KernelFunction:
+    return codegen.kernel(pga3d.kind("point"), name=name)(lambda x: 2 * x)
 
 
 @pytest.mark.parametrize(
@@ -41,12 +45,26 @@ def product(double, final):
         (lambda folder: move.export("c99", folder, derivatives="m"), "derivatives is a list"),
         (lambda folder: move.export("c99", folder, derivatives=["q"]), "no argument 'q'"),
         (lambda folder: move.export("rust", folder, name="m", split=True), "has no header apart"),
+        (lambda folder: move.export("C99", folder), "did you mean 'c99'"),
+        (lambda folder: move.export(["c99"], folder), "no language"),
+        (lambda folder: move.export("cpp", folder, name="random"), "cannot be called 'random'"),
+        (lambda folder: move.export("cpp", folder, name="NAN"), "'NAN' is a word of cpp"),
+        (lambda folder: move.export("rust", folder, name="main"), "cannot be called 'main'"),
+        (lambda folder: move.export("glsl", folder, name="gl_moves"), "cannot be called 'gl_moves'"),
+        (lambda folder: called("T").export("cpp", folder), "'T' is taken"),
+        (lambda folder: called("Math").export("js", folder), "'Math' is taken"),
     ],
 )
 def test_refused(export: Callable[[Path], Any], says: str, tmp_path: Path) -> None:
     with pytest.raises(BladesmithError, match=says):
         export(tmp_path / "new")
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("folder", [3, None, "null\0", b"bytes"])
+def test_what_is_no_folder_is_refused(folder: Any) -> None:
+    with pytest.raises(InputError):
+        move.export("c99", folder)
 
 
 def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
@@ -86,3 +104,15 @@ def test_layouts_of_one_name_are_structs_of_their_own(tmp_path: Path) -> None:
     structs = re.findall(r"^\} (\w+);", path.read_text(), re.MULTILINE)
     assert len(structs) == len(set(structs)) == 4
     subprocess.run(["gcc", "-std=c99", "-Wall", "-Werror", "-fsyntax-only", path], check=True)
+
+
+@codegen.algorithm
+def hidden(x: Real) -> Real:
+    "Turns the text \u202e round, ends it \0 or the line \u2028 here."
+    return x
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_notes_have_nothing_that_cannot_be_seen(language: str, tmp_path: Path) -> None:
+    for path in hidden.export(language, tmp_path):
+        assert path.read_text().replace("\n", "").isprintable()
