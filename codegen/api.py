@@ -109,9 +109,10 @@ class KernelFunction(DifferentiableKernel):
         options = ExportOptions(language, name or self.algebra.name, dtype, split)
         self._check_items("what is exported")
         for option, given in (("derivatives", derivatives), ("jacobians", jacobians)):
-            if isinstance(given, str):
-                raise InputError(f"{option} is a list of arguments, such as {option}=[{given!r}].")
-        functions = [self, *map(self.derivative, derivatives), *map(self.jacobian, jacobians)]
+            if isinstance(given, str) or not isinstance(given, Sequence):
+                raise InputError(f"{option} is a list of arguments, such as {option}={[str(given)]}.")
+        along, partial = dict.fromkeys(derivatives), dict.fromkeys(jacobians)
+        functions = [self, *map(self.derivative, along), *map(self.jacobian, partial)]
         return export([f.variant for f in functions], folder, options)
 
     def jax(self) -> Callable[..., Any]:

@@ -44,6 +44,7 @@ def called(name: str) -> codegen.KernelFunction:
         (lambda folder: move.export("c99", folder, name="../evil"), "'../evil' cannot be exported"),
         (lambda folder: move.export("c99", folder, derivatives="m"), "derivatives is a list"),
         (lambda folder: move.export("c99", folder, derivatives=["q"]), "no argument 'q'"),
+        (lambda folder: move.export("c99", folder, jacobians=5), "jacobians is a list"),
         (lambda folder: move.export("rust", folder, name="m", split=True), "has no header apart"),
         (lambda folder: move.export("C99", folder), "did you mean 'c99'"),
         (lambda folder: move.export(["c99"], folder), "no language"),
@@ -65,6 +66,18 @@ def test_refused(export: Callable[[Path], Any], says: str, tmp_path: Path) -> No
 def test_what_is_no_folder_is_refused(folder: Any) -> None:
     with pytest.raises(InputError):
         move.export("c99", folder)
+
+
+def test_one_file_that_cannot_be_written_leaves_none(tmp_path: Path) -> None:
+    (tmp_path / "own.c").mkdir()
+    with pytest.raises(InputError, match=r"own\.c: cannot be written"):
+        move.export("c99", tmp_path, name="own", split=True)
+    assert [path.name for path in tmp_path.iterdir()] == ["own.c"]
+
+
+def test_an_argument_that_is_named_twice_has_one_derivative(tmp_path: Path) -> None:
+    (path,) = move.export("c99", tmp_path, derivatives=["m", "m"], jacobians=["x", "x"])
+    assert path.read_text().count("static inline") == 3
 
 
 def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
