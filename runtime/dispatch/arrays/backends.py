@@ -79,12 +79,16 @@ class Backend(ABC):
         return F32 if str(getattr(data, "dtype", "")).endswith("float32") else F64
 
 
+#: Classes that no package derives its arrays from: the usual answer is given at once.
+_COMMON = frozenset((float, int, list, tuple, np.ndarray))
 #: By the package: the class of its arrays, and where its backend is.
 _PACKAGES = {"jax": ("Array", "jax_backend", "JaxBackend"), "torch": ("Tensor", "torch_backend", "TorchBackend")}
 
 
 def backend_of(value: Any) -> Backend | None:
     """The backend of an array of JAX or PyTorch; None for anything else."""
+    if value.__class__ in _COMMON:
+        return None
     for package, (array, _, _) in _PACKAGES.items():
         type_of_arrays = getattr(sys.modules.get(package), array, None)
         if type_of_arrays is not None and isinstance(value, type_of_arrays):
