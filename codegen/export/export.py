@@ -50,8 +50,8 @@ def export(
             for file, text in texts.items():
                 stack.enter_context(replacing(target / file)).write_text(text, encoding="utf-8", newline="\n")
     except (OSError, ValueError) as error:  # ValueError: a null character
-        why, file = (error.strerror, error.filename) if isinstance(error, OSError) else (None, None)
-        raise InputError(f"cannot be written: {why or error}.", where=str(file or target)) from None
+        why = error.strerror if isinstance(error, OSError) else None
+        raise InputError(f"cannot be written: {why or error}.", where=str(target)) from None
     return [target / file for file in texts]
 
 

@@ -70,7 +70,7 @@ def test_what_is_no_folder_is_refused(folder: Any) -> None:
 
 def test_one_file_that_cannot_be_written_leaves_none(tmp_path: Path) -> None:
     (tmp_path / "own.c").mkdir()
-    with pytest.raises(InputError, match=r"own\.c: cannot be written"):
+    with pytest.raises(InputError, match="cannot be written"):
         move.export("c99", tmp_path, name="own", split=True)
     assert [path.name for path in tmp_path.iterdir()] == ["own.c"]
 
