@@ -352,11 +352,11 @@ class Algebra(Constructors[Multivector]):
     def scalar(self, value: Any, dtype: Any = None) -> Multivector:
         """Scalars from an array of numbers."""
         if (backend := backend_of(value)) is not None:
-            on_array = wrap(self, self.layout_of((0,)), backend.floating(value, "the scalar")[..., None], backend)
+            on_array = wrap(self, self.scalar_layout, backend.floating(value, "the scalar")[..., None], backend)
             return on_array if dtype is None else on_array.astype(dtype)  # type: ignore[no-any-return]
         data = real_array(value, "the scalar")
         data = np.array(data, dtype=as_precision(dtype) or data.dtype)[..., None]
-        return Multivector._make(self.type_of(self.layout_of((0,)), data.dtype), data, data.shape[:-1])
+        return Multivector._make(self.type_of(self.scalar_layout, data.dtype), data, data.shape[:-1])
 
     def wrap(self, kind: Kind, values: NDArray[Any], status: NDArray[np.uint8] | None = None) -> Multivector:
         """Results of a compiled kernel as multivectors; the array is taken over, not copied where it is native."""

@@ -230,6 +230,8 @@ def _as_symbolic(x: Any) -> Any:
 
 def _as_scalar(like: Any, value: Any) -> Any:
     """Numbers as scalars; single numbers take the multivector's precision."""
+    if type(value) is float:
+        return like.algebra.scalar(value, dtype=like.dtype)
     if not _may_be_numbers(value):
         return NotImplemented
     if is_expression(value):

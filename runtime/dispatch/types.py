@@ -168,6 +168,11 @@ class TypedAlgebra(mathematics.Algebra):
         """Blade of each bit mask, created on demand."""
         return _NamedBlades(self)
 
+    @cached_property
+    def scalar_layout(self) -> Kind:
+        """The layout of scalars."""
+        return self.layout_of((0,))
+
     def layout_of(self, blades: Iterable[int]) -> Kind:
         """The layout of these blades: a kind's, if one has exactly them."""
         ordered = self.order(int(blade) for blade in blades)

@@ -33,7 +33,7 @@ def power(x: P, exponent: Any, strict: bool = False) -> P:
     as_int(abs(whole), "the exponent's size", 0, MAX_POWER)
     base = x if whole >= 0 else inverse(x, strict=strict)
     if whole == 0:
-        return x._make(x.algebra.type_of(x.algebra.layout_of((0,)), x.dtype), np.ones((*x._lead, 1), x.dtype), x._lead)
+        return x._make(x.algebra.type_of(x.algebra.scalar_layout, x.dtype), np.ones((*x._lead, 1), x.dtype), x._lead)
     result, square, rest = None, base, abs(whole)
     while True:
         if rest & 1:
