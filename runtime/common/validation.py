@@ -190,6 +190,8 @@ def _single(value: Any, name: str, error: type[BladesmithError]) -> float:
             return float(value)
         except OverflowError:
             return math.nan
+    if hasattr(value, "as_kind"):  # a multivector, which is an array for NumPy
+        return math.nan
     try:
         array = np.asarray(value)
     except (TypeError, ValueError):
