@@ -15,6 +15,7 @@ from typing import Any
 
 from .codegen.lazy_names import lazy_names
 from .codegen.version import __version__ as __version__
+from .common import rich_display
 
 _ALGEBRAS = ("cga3d", "pga3d", "cga2d", "vga2d", "vga3d", "pga2d", "sta", "qcga", "dcga")
 #: Modules that examples of the docs imported, by their old names.
@@ -27,6 +28,13 @@ _OLD_MODULES = {
         ("kinematics.pictures", "kinematics.plotting.picture"),
         ("report", "benchmarks"),
     )
+}
+#: What draws the small pictures that notebooks show; multivectors and curves have one in common.
+_PREVIEWS = {
+    "Mechanism": ("kinematics.plotting.picture", "picture"),
+    "Model": ("registration.plotting.picture", "draw_model"),
+    "Record": ("dynamics.plotting.scene", "picture"),
+    "Trajectory": ("dynamics.plotting.scene", "picture"),
 }
 _find, _names = lazy_names(__name__, __file__, _ALGEBRAS)
 
@@ -88,6 +96,12 @@ def _renamed_module(old: str) -> Any:
     return import_module(_OLD_MODULES[old])
 
 
+def _preview(thing: Any) -> Any:
+    module, draw = _PREVIEWS.get(type(thing).__name__, ("plot.previews", "preview"))
+    return getattr(import_module(f".{module}", __name__), draw)(thing)
+
+
+rich_display.painter = _preview
 sys.meta_path.append(_Finder())  # after all others: it is called for names that are no module
 
 

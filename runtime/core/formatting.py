@@ -91,22 +91,26 @@ MOST_DIGITS = 17
 
 def plain(x: MultivectorData) -> str:
     """``point of cga3d: 1 e1 + 2 e2 + 1 no + 2.5 ni``."""
-    head = f"{_kind_name(x)} of {x.algebra.name}"
-    if x.dtype == np.float32:
-        head += ", float32"
+    head = _head(x)
     if not x.shape:
         return f"{head}: {_item(x, ())}"
-    lines = [f"{head}, shape {x.shape}:"]
+    rows = (f"  [{', '.join(map(str, i))}] {_item(x, i)}" if i is not None else "  ..." for i in _shown(x))
+    return "\n".join([f"{head}:", *rows])
+
+
+def _head(x: MultivectorData) -> str:
+    head = f"{_kind_name(x)} of {x.algebra.name}" + (", float32" if x.dtype == np.float32 else "")
+    return f"{head}, shape {x.shape}" if x.shape else head
+
+
+def _shown(x: MultivectorData) -> list[tuple[int, ...] | None]:
+    """Indices of the items of a batch that are shown, None for those between its ends."""
     edge = _options.get().edge
-    indices = list(np.ndindex(x.shape)) if x.size <= 2 * edge else None
-    if indices is None:
-        ends = [*range(edge), *range(x.size - edge, x.size)]
-        indices = [tuple(int(i) for i in np.unravel_index(i, x.shape)) for i in ends]
-    for count, index in enumerate(indices):
-        if count == edge and x.size > 2 * edge:
-            lines.append("  ...")
-        lines.append(f"  [{', '.join(map(str, index))}] {_item(x, index)}")
-    return "\n".join(lines)
+    if x.size <= 2 * edge:
+        return list(np.ndindex(x.shape))
+    ends = [*range(edge), *range(x.size - edge, x.size)]
+    indices = [tuple(int(i) for i in np.unravel_index(i, x.shape)) for i in ends]
+    return [*indices[:edge], None, *indices[edge:]]
 
 
 def _kind_name(x: MultivectorData) -> str:
@@ -117,9 +121,13 @@ def _kind_name(x: MultivectorData) -> str:
 
 
 def _item(x: MultivectorData, index: tuple[int, ...]) -> str:
-    text = _sum([(_number(v), blade_text(x.algebra, b)) for b, v in _terms(x, index)])
+    text, status = _sum([(_number(v), blade_text(x.algebra, b)) for b, v in _terms(x, index)]), _status(x, index)
+    return f"{text} {status}" if status else text
+
+
+def _status(x: MultivectorData, index: tuple[int, ...]) -> str:
     status = np.asarray(x.status)[index]
-    return text if status == Status.OK else f"{text} ({Status(int(status)).name})"
+    return "" if status == Status.OK else f"({Status(int(status)).name})"
 
 
 def _terms(x: MultivectorData, index: tuple[int, ...]) -> list[tuple[int, float]]:
@@ -147,24 +155,28 @@ def join_terms(terms: Iterable[tuple[bool, str]]) -> str:
 
 
 def latex(x: MultivectorData) -> str:
-    """LaTeX for notebooks, with subscripts; a batch is abbreviated to its ends."""
+    """LaTeX for notebooks, with subscripts; of a batch the shape and its ends."""
     if not x.shape:
         return f"${_latex_item(x, ())}$"
-    edge = _options.get().edge
-    rows = [f"{_latex_item(x, (i, *([0] * (x.ndim - 1))))}" for i in range(min(x.shape[0], edge))] if x.size else []
-    if x.size and x.shape[0] > edge:
-        rows.append(r"\vdots")
+    rows = [_latex_text(_head(x)), *(r"\vdots" if i is None else _latex_item(x, i) for i in _shown(x))]
     return "$\\begin{array}{l}" + r"\\".join(rows) + "\\end{array}$"
 
 
 def _latex_item(x: MultivectorData, index: tuple[int, ...]) -> str:
     terms = [(_latex_number(v), latex_blade(x.algebra, b)) for b, v in _terms(x, index)]
-    return _sum(terms).replace("...", r"\dots")
+    text, status = _sum(terms).replace("...", r"\dots"), _status(x, index)
+    return text + (rf"\quad{_latex_text(status)}" if status else "")
+
+
+def _latex_text(text: str) -> str:
+    return rf"\text{{{text}}}".replace("_", r"\_")
 
 
 def _latex_number(value: float) -> str:
     mantissa, _, exponent = _number(value).partition("e")
-    return f"{mantissa} \\cdot 10^{{{int(exponent)}}}" if exponent else mantissa.replace("inf", r"\infty")
+    if exponent:
+        return rf"{mantissa} \cdot 10^{{{int(exponent)}}}"
+    return mantissa.replace("inf", r"\infty").replace("nan", r"\text{nan}")
 
 
 def latex_blade(algebra: Any, blade: int) -> str:

@@ -19,6 +19,7 @@ from ..codegen.algebra.loader import algebra_from_data
 from ..codegen.errors import BladeError, GradeError, InputError
 from ..common.deprecation import renamed_attribute
 from ..common.dtypes import F64, as_precision
+from ..common.rich_display import Displayed
 from ..common.validation import as_bool, as_choice, real_array
 from ..dispatch.arrays.backends import Backend, Node, backend_of
 from ..dispatch.arrays.types import wrap
@@ -43,7 +44,7 @@ DIRECTORY = 6
 HOMOGENEOUS = "homogeneous"
 
 
-class Multivector(Operators):
+class Multivector(Operators, Displayed):
     """Multivectors of one kind: ``shape`` of them, as rows of coefficients. Made by an algebra, not directly.
 
     Operators: ``a * b`` geometric, ``a ^ b`` outer, ``a | b`` inner product, ``a & b`` meet (in PGA: join), ``~a``

@@ -14,6 +14,7 @@ from ..codegen.algebra.algebra import Kind
 from ..codegen.errors import InputError
 from ..common.deprecation import renamed_attribute
 from ..common.dtypes import F64
+from ..common.rich_display import Displayed
 from ..common.validation import as_bool, check_shape, real_array
 from ..core.multivector import Multivector
 from ..dispatch.formulas import ArrayOperand, FormulaResult, evaluate
@@ -47,7 +48,7 @@ class Rows(Protocol):
         """Derivatives (..., k)."""
 
 
-class Curve:
+class Curve(Displayed):
     """A curve of objects: sums of its controls, projected to blades (thesis 4.8).
 
     Call it, or its methods, with parameters of any shape. Values are objects of the kind of the controls; items that

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common.rich_display import Displayed
 from ..dispatch.multivector_data import Statuses, statuses
 from ..status import Status
 from .results.figure_spec import Sketch
@@ -26,7 +27,7 @@ ENDINGS = {
 }  # fmt: skip
 
 
-class TrajectoryExports(TrajectorySource):
+class TrajectoryExports(TrajectorySource, Displayed):
     """Base of trajectories and records: status, and methods that are functions of `bladesmith.dynamics` too."""
 
     @property

@@ -16,6 +16,7 @@ from ...codegen.errors import ConstraintError, InputError
 from ...codegen.export.options import ExportOptions, describes_options
 from ...common.deprecation import renamed_attribute, renamed_keywords
 from ...common.progress import ProgressOption
+from ...common.rich_display import Displayed
 from ...common.validation import as_instance, check_shape, short_repr
 from ...core.multivector import Multivector
 from ...dispatch.formulas import ArrayOperand, evaluate
@@ -37,7 +38,7 @@ from .velocity_solver import KnownVelocities
 Array = NDArray[Any]
 
 
-class Mechanism(MechanismDynamics):
+class Mechanism(MechanismDynamics, Displayed):
     """Bodies that joints hold together, at one pose.
 
     Parameters

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...codegen.errors import InputError
 from ...common.deprecation import renamed_keywords
+from ...common.rich_display import Displayed
 from ...common.validation import as_float, as_text, positive_float
 from ...core.multivector import Multivector
 from .duplicates import TOLERANCE, first_occurrences
@@ -26,7 +27,7 @@ from .uncertainty import Uncertainty, validated_uncertainty
 Indices = NDArray[np.int64]
 
 
-class Model:
+class Model(Displayed):
     """An immutable set of objects of several kinds; `subset` and `transformed` return new models.
 
     Indices of objects run over all kinds: points, point pairs, lines, segments, circles, planes, spheres.
