@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from ..ir.graph import Node, in_order_of_use
 from ..optimise.variants import Variant
-from ..trace.kernel import Kernel, coefficient_name
+from ..trace.kernel import Kernel, coefficient_names
 
 #: A single-use value longer than this gets a name: lines that a person can read. Numbers of rows count as if they were
 #: numbered, so that what they are called changes no compiled code.
@@ -32,6 +32,7 @@ class Printer(ABC):
     def __init__(self, variant: Variant) -> None:
         self.variant = variant
         self.kernel = variant.kernel
+        self.coefficients = coefficient_names(self.kernel.inputs)
         self.lines: list[str] = []
         self.nodes = in_order_of_use(variant.roots)
         self.uses = Counter(a.id for node in self.nodes for a in node.args)
@@ -83,7 +84,7 @@ class Printer(ABC):
             i, j = node.data
             item = self.kernel.inputs[i]
             self.excess[node.id] = len(item.labels[j]) - len(str(j)) if item.labels else 0
-            self._set(node, coefficient_name(item, j), atomic=True)
+            self._set(node, self.coefficients[i][j], atomic=True)
         elif node.op == "call":
             self._set(node, self._call_element(node), atomic=True)
         elif node.op == "sum":

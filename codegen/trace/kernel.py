@@ -164,6 +164,30 @@ def coefficient_name(item: Input, index: int) -> str:
     return f"{item.name}_{blade_label(item.kind.algebra.blade_name(item.kind.blades[index]))}"
 
 
+#: What printers put behind the name of an argument or a result.
+_PARTS = ("in", "out", "rows", "step", "columns", "row", "at", "result", "to")
+
+
+def coefficient_names(inputs: Sequence[Input]) -> list[list[str]]:
+    """Local variables of all coefficients of a kernel's inputs, each its own.
+
+    `coefficient_name`, but for those that are that of another input's, such as ``x_e1`` and an argument ``x_e1`` of
+    three numbers: these end in underscores.
+    """
+    taken = {f"{item.name}_{part}" for item in inputs for part in _PARTS}
+    names = []
+    for item in inputs:
+        own = []
+        for index in range(item.kind.size):
+            name = coefficient_name(item, index)
+            while name in taken:
+                name += "_"
+            taken.add(name)
+            own.append(name)
+        names.append(own)
+    return names
+
+
 class HasArguments(Protocol):
     """A kernel, or what is left of one that was compiled before."""
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import bladesmith as bs
 from bladesmith import cga3d as cga
 from bladesmith import codegen
 from bladesmith import pga3d as pga
@@ -257,3 +258,16 @@ def test_kernels_are_pickled_by_name() -> None:
     inner = codegen.kernel(cga.kind("point"), name="inner")(lambda x: 3 * x)
     with pytest.raises((pickle.PicklingError, AttributeError)):
         pickle.dumps(inner)
+
+
+def test_arguments_that_are_named_as_coefficients_of_others_are_their_own() -> None:
+    alg = bs.algebra(10)  # labels such as e1_2
+
+    @codegen.kernel(alg.layout("bivector"), codegen.numbers(3), codegen.numbers(1))
+    def wide(x: Any, x_e1: Any, x_e1_: Any) -> Any:
+        return x * x_e1[2] * x_e1_[0]
+
+    values = np.arange(45.0)
+    for target in ("c", "numba", "numpy"):
+        found = wide.on(target)(values, [1.0, 2.0, 3.0], [5.0])
+        np.testing.assert_array_equal(found, 15 * values)

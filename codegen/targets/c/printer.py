@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from ...ir.graph import Node
 from ...optimise.variants import Variant
-from ...trace.kernel import Kernel, coefficient_name, symbol_of
+from ...trace.kernel import Kernel, symbol_of
 from ..printer import Printer, comment_text, decimal
 
 FUNCTIONS = {
@@ -94,7 +94,7 @@ def c_function(variant: Variant) -> Function:
     printer = CPrinter(variant)
     statements = printer.body()
     loads = [
-        f"const V {coefficient_name(item, j)} = {item.name}_in[{j}];"
+        f"const V {printer.coefficients[i][j]} = {item.name}_in[{j}];"
         for i, item in enumerate(kernel.inputs)
         for j in range(item.kind.size)
         if any(node.op == "var" and node.data == (i, j) for node in printer.nodes)

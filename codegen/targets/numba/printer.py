@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from ...ir.graph import Node
 from ...optimise.variants import Variant
-from ...trace.kernel import Output, coefficient_name
+from ...trace.kernel import Output
 from ..c.extension import in_dependency_order
 from ..c.printer import ELEMENTARY, Parameter, symbol
 from ..printer import Printer, comment_text, decimal
@@ -96,7 +96,7 @@ def numba_function(variant: Variant) -> Function:
     lines = printer.body()
     inputs = tuple(Parameter(i.name, i.kind.size) for i in kernel.inputs)
     outputs = tuple(Parameter(o.name, len(o.nodes), o.role == "status") for o in kernel.outputs)
-    names = [coefficient_name(item, j) for item in kernel.inputs for j in range(item.kind.size)]
+    names = [name for own in printer.coefficients for name in own]
     columns = [f"{p.name}_columns[{j}, i]" for p in inputs for j in range(p.size)]
     arrays = [f"{o.name}_rows" for o in outputs]
     arrays += [f"{p.name}_{part}" for p in inputs for part in ("rows", "step")]

@@ -9,7 +9,6 @@ from fractions import Fraction
 from ...errors import TraceError
 from ...ir.graph import Node
 from ...optimise.variants import Variant
-from ...trace.kernel import coefficient_name
 from ..c.printer import symbol
 from ..printer import comment_text, decimal
 from .printer import NumbaPrinter, wrap
@@ -46,7 +45,7 @@ def row_function(variant: Variant) -> RowFunction:
     body = printer.body()
     used = {node.data for node in printer.nodes if node.op == "var"}
     lines = [
-        f"{coefficient_name(item, j)} = {item.name}_row[U({item.name}_at + {j})]"
+        f"{printer.coefficients[i][j]} = {item.name}_row[U({item.name}_at + {j})]"
         for i, item in enumerate(kernel.inputs)
         for j in range(item.kind.size)
         if (i, j) in used
