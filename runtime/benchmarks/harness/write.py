@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import platform
 import sys
@@ -162,6 +163,27 @@ def write_report(results: Sequence[tuple[Study, Sequence[Measurement]]], folder:
     return _write_page(results, home)
 
 
+def _choices(results: Sequence[tuple[Study, Sequence[Measurement]]]) -> str:
+    """What the page chooses methods from, as JSON that may stand in HTML; empty where there is nothing to choose."""
+    studies = {
+        study.name: {
+            "title": study.title,
+            "unit": study.unit,
+            "rows": [
+                {
+                    "case": r.case, "method": r.method, "setting": r.setting_text, "lost": r.lost, "ns": r.nanoseconds,
+                    "error": r.max_error if math.isfinite(r.max_error) else None,
+                }
+                for r in rows
+                if not r.sweep
+            ],
+        }
+        for study, rows in results
+        if study.promised is None
+    }  # fmt: skip
+    return json.dumps(studies).replace("<", "\\u003c") if studies else ""
+
+
 def _write_page(results: Sequence[tuple[Study, Sequence[Measurement]]], folder: Path) -> Path:
     """Write ``report.json`` and ``index.html``, which shows ``<study>.png`` of each study; return the page's path."""
     about = machine()
@@ -173,6 +195,6 @@ def _write_page(results: Sequence[tuple[Study, Sequence[Measurement]]], folder: 
     }
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / "report.json", json.dumps(raw, indent=1) + "\n")
-    page = render("index.html.j2", machine=about, results=results, time=time_text)
+    page = render("index.html.j2", machine=about, results=results, time=time_text, measured=_choices(results))
     write_atomically(folder / "index.html", page)
     return folder / "index.html"
