@@ -15,7 +15,7 @@ from typing import Any
 #: Draws an object as axes of matplotlib; None where there is nothing to see. Set by the package.
 painter: Callable[[Any], Any] | None = None
 #: Resolution of the pictures.
-DOTS_PER_INCH = 72
+DOTS_PER_INCH = 64
 PNG, MARKDOWN = "image/png", "text/markdown"
 
 

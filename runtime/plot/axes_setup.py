@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
+from io import BytesIO
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 
     from .matplotlib_import import Axes3D
 
+Picture = TypeVar("Picture")
 #: Default elevation and azimuth of the view, in degrees.
 VIEW = (22.0, -58.0)
 #: Default size of a page in inches.
@@ -83,13 +86,29 @@ def panels(
     width, height = as_pair(size, "size")
     size = positive_float(width, "size[0]"), positive_float(height, "size[1]")
     matplotlib_import.axes_class()  # makes the projection known
-    figure = matplotlib_import.figure_class()(figsize=size, dpi=DOTS_PER_INCH)
+    figure = new_figure(figsize=size, dpi=DOTS_PER_INCH)
     rectangles = [(j / columns, 1 - (i + 1) / rows, 1 / columns, 1 / rows) for i in range(rows) for j in range(columns)]
     all_axes = [figure.add_axes(rectangle, projection="3d") for rectangle in rectangles]
     for ax, rectangle in zip(all_axes, rectangles, strict=True):
         vars(ax)[_HOME] = rectangle
-        _style_axes(ax, view, frame)
+        _style_axes(_shown_in_notebooks(ax), view, frame)
     return all_axes
+
+
+def new_figure(**options: Any) -> Figure:
+    """A figure without pyplot, which notebooks show all the same; options of matplotlib's `Figure`."""
+    return _shown_in_notebooks(matplotlib_import.figure_class()(**options))
+
+
+def _shown_in_notebooks(picture: Picture) -> Picture:
+    vars(picture)["_repr_png_"] = partial(_png, picture)
+    return picture
+
+
+def _png(picture: Axes3D | Figure) -> bytes:
+    file = BytesIO()
+    save(file, picture)  # type: ignore[arg-type]
+    return file.getvalue()
 
 
 def _style_axes(ax: Axes3D, view: tuple[float, float], frame: bool) -> None:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .matplotlib_import import Axes3D
 
 #: Width and height in inches.
-SIZE = (3.6, 2.7)
+SIZE = (5.0, 3.75)
 #: Most items of a batch that are drawn; of more, some at equal distances.
 MOST_ITEMS = 200
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...mechanics.screws import moment_about, wrench_parts
-from ...plot import axes_setup, matplotlib_import, palette
+from ...plot import axes_setup, palette
 from ...plot.style import check_suffix, dress_panel, plain, show_curve_names
 from ..results.figure_spec import Sketch
 from ..results.trajectory_data import TrajectoryData, TrajectorySource, data_of
@@ -75,9 +75,7 @@ def plot(
     curves = [curve for name in names for curve in _curves(name, record)]
     columns = COLUMNS.get(len(curves), 2)
     rows = -(-len(curves) // columns)
-    figure = matplotlib_import.figure_class()(
-        figsize=(columns * PANEL[0], rows * PANEL[1] + 0.5), dpi=dpi, layout="constrained"
-    )
+    figure = axes_setup.new_figure(figsize=(columns * PANEL[0], rows * PANEL[1] + 0.5), dpi=dpi, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True).ravel()
     for ax, curve in zip(axes, curves, strict=False):
         _draw_curve(ax, record, curve)

@@ -181,9 +181,7 @@ def slices(
     numbers = _slice_numbers(workspace, axis, at)
     columns = min(len(numbers), 3)
     rows = -(-len(numbers) // columns)
-    figure = matplotlib_import.figure_class()(
-        figsize=(columns * PANEL[0], rows * PANEL[1]), dpi=dpi, layout="constrained"
-    )
+    figure = axes_setup.new_figure(figsize=(columns * PANEL[0], rows * PANEL[1]), dpi=dpi, layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
     colors = matplotlib_import.load_module("matplotlib.colors")
     names = palette.RAMP if show == "condition" else palette.RAMP[::-1]
@@ -249,7 +247,7 @@ def curves(motion: Motion, path: str | PathLike[str] | None = None, *, dpi: floa
         ("speeds [rad per time]", motion.speed),
         ("accelerations [rad per time squared]", motion.angular_acceleration),
     )
-    figure = matplotlib_import.figure_class()(figsize=(6.4, 6.6), dpi=dpi, layout="constrained")
+    figure = axes_setup.new_figure(figsize=(6.4, 6.6), dpi=dpi, layout="constrained")
     for ax, (title, values) in zip(figure.subplots(3, 1, sharex=True), panels, strict=True):
         for column, color, label in zip(values.T, palette.AXES, ("arm 1", "arm 2", "arm 3"), strict=True):
             ax.plot(motion.time, column, color=color, linewidth=1.1, label=label)
