@@ -46,6 +46,13 @@ def test_links_lead_somewhere(page: Path) -> None:
     assert not missing
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_no_formula_reads_as_a_tag(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    plain = re.split(r"^```.*?^```|`[^`\n]*`|<!--.*?-->", text, flags=re.MULTILINE | re.DOTALL)
+    assert not re.findall(r"<[A-Za-z~/][^\n]*", "".join(plain))
+
+
 def test_the_spec_of_the_docs_generates() -> None:
     from bladesmith.codegen.algebra.schema import SpecFile
     from bladesmith.codegen.documents.document import Document
