@@ -11,3 +11,4 @@ from .bivector_plots import velocities as velocities
 from .drawing import count_skipped as count_skipped
 from .drawing import draw as draw
 from .drawing import paths as paths
+from .interactive import show as show

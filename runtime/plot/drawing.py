@@ -270,7 +270,7 @@ def _draw_in(ax: Axes3D, drawn: DrawnGroup, box: Box) -> None:
 def _artist(ax: Axes3D, part: Strokes | Faces | Marks, width: float) -> Any:
     """One collection for a whole group; None if nothing of it is in view."""
     art = matplotlib_import.collections()
-    positions, colors = _present(part.positions, part.colors)
+    positions, colors = present(part.positions, part.colors)
     if not len(positions):
         return None
     artist: Any
@@ -287,7 +287,7 @@ def _artist(ax: Axes3D, part: Strokes | Faces | Marks, width: float) -> Any:
     return artist
 
 
-def _present(positions: Array, colors: palette.Rgba) -> tuple[Array, NDArray[Any]]:
+def present(positions: Array, colors: palette.Rgba) -> tuple[Array, NDArray[Any]]:
     """Drop marks, polylines and polygons that are not in view at all."""
     visible = np.isfinite(positions).all(-1)
     if positions.ndim > 2:

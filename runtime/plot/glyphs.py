@@ -78,12 +78,15 @@ class Drawable:
         Add arrows for the orientation of lines, circles, planes and spheres.
     surface : bool
         Spheres and planes as surfaces, not only as wires.
+    coarse : bool
+        Spheres of fewer faces, which are drawn sooner.
     """
 
     group: Group
     colors: Rgba
     orientation: bool = False
     surface: bool = True
+    coarse: bool = False
 
     def bounding_points(self) -> Array:
         """Positions (m, 3) that bound finite objects; empty for lines and planes."""
@@ -203,7 +206,7 @@ def _plane(d: Drawable, box: Box, normal: Array, offset: Array) -> list[Any]:
 
 
 def _sphere(d: Drawable, box: Box, center: Array, radius: Array, orientation: Array) -> list[Any]:
-    mesh = next(((r, s) for most, r, s in SPHERE_MESHES if len(radius) <= most), None)
+    mesh = next(((r, s) for most, r, s in SPHERE_MESHES[d.coarse :] if len(radius) <= most), None)
     great = [
         tessellation.circles(center, np.broadcast_to(axis, center.shape), radius, CIRCLE_SAMPLES_OF_MANY)
         for axis in np.eye(3)[:: -1 if mesh is None or not d.surface else -3]

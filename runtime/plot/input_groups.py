@@ -63,7 +63,7 @@ def group_items(thing: Any, samples: int | None = None) -> ItemGroups:
     """
     if isinstance(thing, Multivector):
         return _multivector(thing)
-    if callable(thing) and not isinstance(thing, type) and (hasattr(thing, "domain") or hasattr(thing, "segments")):
+    if is_curve(thing):
         return _curve(thing, samples)
     if isinstance(thing, np.ndarray):
         return _positions(thing)
@@ -73,6 +73,11 @@ def group_items(thing: Any, samples: int | None = None) -> ItemGroups:
         f"a {type(thing).__name__} cannot be drawn.",
         remedy="Objects of cga3d and pga3d, curves, arrays (..., 3) of positions, and lists of them can",
     )
+
+
+def is_curve(thing: Any) -> bool:
+    """A function of a parameter that says over which domain: what is drawn as a curve."""
+    return callable(thing) and not isinstance(thing, type) and (hasattr(thing, "domain") or hasattr(thing, "segments"))
 
 
 def _sequence(things: Any, samples: int | None) -> ItemGroups:

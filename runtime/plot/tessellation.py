@@ -5,6 +5,7 @@ Functions map parameters to positions, for whole batches, and do not depend on m
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -120,14 +121,19 @@ def planes_in(box: Box, normal: Array, offset: Array) -> Array:
 
 def sphere_mesh(center: Array, radius: Array, rings: int, sectors: int) -> tuple[Array, Array]:
     """Quadrilaterals (n rings sectors, 4, 3) of spheres, and their outward unit normals."""
+    quads, normals = _unit_sphere(rings, sectors)
+    corners = center[:, None, None] + radius[:, None, None, None] * quads
+    return corners.reshape(-1, 4, 3), np.tile(normals, (len(center), 1))
+
+
+@lru_cache(maxsize=8)
+def _unit_sphere(rings: int, sectors: int) -> tuple[Array, Array]:
     latitude = np.linspace(-np.pi / 2, np.pi / 2, rings + 1)
     longitude = np.linspace(0.0, 2 * np.pi, sectors + 1)
     ring, turn = np.meshgrid(latitude, longitude, indexing="ij")
     ball = np.stack([np.cos(ring) * np.cos(turn), np.cos(ring) * np.sin(turn), np.sin(ring)], -1)
     quads = np.stack([ball[:-1, :-1], ball[:-1, 1:], ball[1:, 1:], ball[1:, :-1]], 2).reshape(-1, 4, 3)
-    normals = unit(quads.sum(1))
-    corners = center[:, None, None] + radius[:, None, None, None] * quads
-    return corners.reshape(-1, 4, 3), np.tile(normals, (len(center), 1))
+    return quads, unit(quads.sum(1))
 
 
 def arrows(tail: Array, vector: Array, head: Array | float) -> Array:

@@ -13,7 +13,7 @@ from ..support.checkout import CHECKOUT
 PAGES = sorted([CHECKOUT / "README.md", *(CHECKOUT / "docs").rglob("*.md")])
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 #: Packages of the extra `ci` that pages show.
-_NEEDS = {"arrays.md": "jax", "clifford.md": "clifford", "kingdon.md": "kingdon"}
+_NEEDS = {"arrays.md": "jax", "clifford.md": "clifford", "kingdon.md": "kingdon", "interactive.md": "anywidget"}
 _LINK = re.compile(r"\]\((?!https?:)([^)#]+)\)")
 
 

@@ -32,6 +32,7 @@ UNTYPED = {
         r"|(Event|PinLinear)\.function|KernelSignature\.kernel"
     ),
     "whatever was interrupted": r"(Interrupted|ExecutorError)\.partial|Progress\.detail",
+    "what widgets of Jupyter inherit": r"InteractiveFigure\.\w+",
     "SymPy has no types": r"SymbolicMultivector\.(coefficient|norm|scalar)",
     "a place, weights, or a callee, by the operation": r"Node\.data",
     "coefficients of any ring": r"codegen\.(Multivector\.scalar|rings\..*)",

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.targets.templates import template_text
 from ...common.html_page import encode_array, index_type, page_json, render_page
 from ...mechanics.shapes import Shape
 from ...plot.glyphs import Drawable, Marks, Strokes
@@ -34,7 +35,7 @@ def page_text(record: TrajectoryData, speed: float, view: tuple[float, float]) -
     """Text of the page."""
     title = record.sketch.title or "A motion"
     note = "drag to turn, scroll to zoom, space to play"
-    return render_page("motion", title, note, page_json(contents(record, speed, view)))
+    return render_page("motion", title, note, page_json(contents(record, speed, view)), template_text("stage.js"))
 
 
 def contents(record: TrajectoryData, speed: float, view: tuple[float, float]) -> dict[str, Any]:

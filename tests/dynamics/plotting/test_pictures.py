@@ -58,7 +58,7 @@ def test_labels_are_text_and_no_formula(swing, tmp_path):
     found.picture(tmp_path / "a.png", sketch=sketch)
     found.plot(tmp_path / "b.png", sketch=sketch, show=["energy"])
     text = html.page_text(dynamics.as_record(found, sketch), 1.0, (20, 30))
-    assert "<img" not in text and text.count("</script") == 2
+    assert "<img" not in text and text.count("</script") == 3
     data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S).group(1))
     assert data["traces"][0]["label"] == HOSTILE
 
