@@ -1107,7 +1107,6 @@ BS_OUTLINED void FN(render)(ptrdiff_t begin, ptrdiff_t end, const ptrdiff_t scen
     const ptrdiff_t *integers, const S *reals, const ptrdiff_t picture[BS_LENGTH(8)], S *color, S *normal, S *depth,
     S *alpha, int32_t *cost)
 {
-  S ray[6];
   S total[3];
   const ptrdiff_t camera_at = scene[7];
   const ptrdiff_t camera_at1 = camera_at;
@@ -1122,6 +1121,7 @@ BS_OUTLINED void FN(render)(ptrdiff_t begin, ptrdiff_t end, const ptrdiff_t scen
       line = line + 1;
     }
     const ptrdiff_t place = pixel - picture[2];
+    S ray[6];
     for (ptrdiff_t k = 0; k < 3; k++) {
       ray[k] = origin[k];
     }

@@ -120,7 +120,6 @@ def picture_algorithms(
         normal: InOut[Reals], depth: InOut[Reals], alpha: InOut[Reals], cost: InOut[Ints32],
     ) -> None:  # fmt: skip
         """Pixels from one to another, in reading order: row 0 is the top."""
-        ray = empty(RAY)
         total = empty(3)
         camera_at = scene.camera_at
         camera = reals[camera_at : camera_at + CAMERA_SIZE]
@@ -134,6 +133,7 @@ def picture_algorithms(
                 line += 1
             place = pixel - picture.first
             if has_layers:
+                ray = empty(RAY)
                 ray.origin[:] = origin
                 pixel_ray(ray.direction, camera, picture, float(column) + 0.5, float(line) + 0.5)
                 store_layers(place, scene, integers, reals, picture, ray, normal, depth, alpha, cost)
