@@ -9,10 +9,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import AlgebraMismatchError, InputError
+from ..codegen.errors import InputError
 from ..common.dtypes import common_precision
 from ..common.validation import as_bool, as_instance, check_items, real_array
 from ..core.geometry.euclidean import is_origin
+from ..core.geometry.motors import motors_from
 from ..core.geometry.projective import ProjectiveAlgebra
 from ..core.multivector import Multivector
 from ..core.registry import stock_algebra
@@ -38,21 +39,18 @@ def _motor_type(dtype: np.dtype[Any]) -> Type:
 
 
 def as_pose(x: Any, name: str = "x") -> Multivector:
-    """Unit motors of pga3d.
+    """Unit motors of pga3d, from those of cga3d as well.
 
     Raises
     ------
-    InputError, AlgebraMismatchError, KindError
-        If it is an array, belongs to another algebra, or is not a unit motor.
+    InputError, AlgebraMismatchError, GradeError, KindError
+        If it is an array, belongs to an algebra without motors of space, or is not a unit motor.
     """
     if isinstance(x, Multivector) and x._type is _motor_type(x._type.dtype):
         return x
-    motor = as_instance(x, name, Multivector, "a pose, a motor of pga3d,", remedy=MAKERS)
-    if motor.algebra is not algebra():
-        remedy = "Convert it with poses.from_matrix(x.to_matrix())" if 0 in motor.grades else MAKERS
-        raise AlgebraMismatchError(f"{name} is a {motor.kind.name} of {motor.algebra.name}; poses are motors of pga3d.",
-                                   remedy=remedy)  # fmt: skip
-    return motor.as_kind("motor")
+    return motors_from(
+        as_instance(x, name, Multivector, "a pose, a motor of pga3d or cga3d,", remedy=MAKERS), algebra(), name
+    ).as_kind("motor")
 
 
 def vector(value: Any, name: str, dtype: Any) -> ArrayOperand:

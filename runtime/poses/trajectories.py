@@ -13,7 +13,7 @@ from ..codegen.errors import InputError
 from ..common.files import as_path, write_file
 from ..common.validation import finite_array, short_repr
 from ..core.multivector import Multivector
-from .arguments import algebra, as_pose
+from .arguments import as_pose
 from .matrices import from_matrix
 from .motions import position
 from .quaternions import from_quaternion, to_quaternion
@@ -60,20 +60,14 @@ def save_tum(path: str | os.PathLike[str], times: Any, x: Multivector | Sequence
 def _poses(x: Any) -> Multivector:
     """Motors of pga3d, of a batch or a list of motors of either algebra."""
     if isinstance(x, list | tuple):
-        return from_matrix(np.stack([_matrix(each, f"x[{i}]") for i, each in enumerate(x)])) if x else _none()
-    if isinstance(x, Multivector) and x.algebra is not algebra():
-        return from_matrix(_matrix(x, "x")) if x.size else _none()
+        return (
+            from_matrix(np.stack([as_pose(each, f"x[{i}]").to_matrix() for i, each in enumerate(x)])) if x else _none()
+        )
     return as_pose(x)
 
 
 def _none() -> Multivector:
     return from_matrix(np.empty((0, 4, 4)))
-
-
-def _matrix(x: Any, name: str) -> Any:
-    if isinstance(x, Multivector) and "ni" in x.algebra.vectors:
-        return x.as_kind("motor").to_matrix()
-    return as_pose(x, name).to_matrix()
 
 
 def load_tum(path: str | os.PathLike[str]) -> tuple[Array, Multivector]:

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from bladesmith import Status, cga3d, pga3d, poses
+from bladesmith import Status, cga2d, cga3d, pga3d, poses
 from bladesmith.errors import AlgebraMismatchError, GradeError, InputError, KindError, ShapeError, SingularError
 
 TURN = poses.to_matrix(poses.from_euler("zyx", [0.1, 0.2, 0.3], (1, 2, 3)))
@@ -49,8 +49,10 @@ CALLS = {
     "two angles": (lambda: poses.from_euler("xyz", [1, 2]), ShapeError, r"angles has shape \(2,\)"),
     "angle": (lambda: poses.from_euler("xyz", [1, 2, np.inf]), InputError, r"angles\[2\] is inf"),
     "overflow": (lambda: poses.from_rotation_vector([1e200, 0, 0]), InputError, "r is too large"),
-    "array": (lambda: poses.act(np.eye(4), (0, 0, 0)), InputError, r"a motor of pga3d, is needed.*from_matrix"),
-    "conformal": (lambda: poses.log(cga3d.translator((1, 0, 0))), AlgebraMismatchError, r"from_matrix\(x\.to_matr"),
+    "array": (lambda: poses.act(np.eye(4), (0, 0, 0)), InputError, "of pga3d or cga3d, is needed.*from_matrix"),
+    "conformal dilator": (lambda: poses.log(cga3d.dilator(2.0)), KindError, "motor"),
+    "conformal, not unit": (lambda: poses.log(2 * cga3d.translator((1, 0, 0))), KindError, "motor"),
+    "of the plane": (lambda: poses.log(cga2d.translator((1, 0))), AlgebraMismatchError, "cga2d; a motor of pga3d"),
     "a plane": (lambda: poses.act(pga3d.plane((1, 0, 0), 1), (0, 0, 0)), KindError, "motor"),
     "no unit motor": (lambda: poses.inverse(2 * poses.identity()), KindError, "normalized"),
     "second factor": (lambda: poses.compose(poses.identity(), np.eye(4)), InputError, "pose 2 is"),

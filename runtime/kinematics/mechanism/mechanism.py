@@ -18,6 +18,7 @@ from ...common.deprecation import renamed_attribute, renamed_keywords
 from ...common.progress import ProgressOption
 from ...common.rich_display import Displayed
 from ...common.validation import as_instance, check_shape, short_repr
+from ...core.geometry.motors import motors_from
 from ...core.multivector import Multivector
 from ...dispatch.formulas import ArrayOperand, evaluate
 from ...dispatch.item_statuses import raise_first
@@ -329,8 +330,8 @@ class Mechanism(MechanismDynamics, Displayed):
         driven : mapping of joints or names to array (...), or (..., f)
             Coordinates, relative to this mechanism's pose: radians, lengths.
         targets : mapping
-            Motors (...) by body, relative to this mechanism's pose, or ``(point, positions)``: a point of the body, at
-            this mechanism's pose, and positions (..., 3) for it.
+            Motors (...) by body, of cga3d or pga3d, or matrices (..., 4, 4), relative to this mechanism's pose, or
+            ``(point, positions)``: a point of the body, at this mechanism's pose, and positions (..., 3) for it.
         start : Poses or mapping of str to Multivector, optional
             Poses to start from; default: this mechanism's pose.
         path : bool
@@ -370,7 +371,7 @@ class Mechanism(MechanismDynamics, Displayed):
 
         Parameters
         ----------
-        motors : mapping of str to Multivector
+        motors : mapping of str to Multivector or array (4, 4)
             Displacements of bodies; those that are not named stay.
         """
         as_instance(motors, "a pose", Mapping, "a mapping of bodies to motors")
@@ -378,8 +379,10 @@ class Mechanism(MechanismDynamics, Displayed):
         displacements = dict.fromkeys(self.bodies, one)
         for name, motor in motors.items():
             self.body_index(name)
-            displacements[name] = multivector_of(motor, self.algebra, f"the motor of {name!r}").as_kind("motor")
-            check_shape(motor, f"the motor of {name!r}", ())
+            what = f"the motor of {name!r}"
+            given = multivector_of(motors_from(motor, self.algebra, what), self.algebra, what)
+            displacements[name] = given.as_kind("motor")
+            check_shape(given, what, ())
         new = Mechanism(self.bodies, self.fixed, (), self.tolerance, self.target)
         names = {j: name for name, j in self._joint_indices.items()}
         for j, joint in enumerate(self._joints):

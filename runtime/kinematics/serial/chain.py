@@ -206,9 +206,9 @@ class Chain(SerialChainData):
         return singularity(self, q, threads)
 
     def inverse(
-        self, targets: Multivector, start: ArrayLike | None = None, *, tolerance: float = 1e-12, iterations: int = 60,
-        attempts: int = 256, nearest: bool = False, strict: bool = False, threads: int | None = None,
-        progress: ProgressOption = False, executor: Executor | None = None,
+        self, targets: Multivector | ArrayLike, start: ArrayLike | None = None, *, tolerance: float = 1e-12,
+        iterations: int = 60, attempts: int = 256, nearest: bool = False, strict: bool = False,
+        threads: int | None = None, progress: ProgressOption = False, executor: Executor | None = None,
     ) -> Solution:  # fmt: skip
         """Coordinates that bring the tool to motors (...), from starts (..., n).
 
@@ -221,7 +221,8 @@ class Chain(SerialChainData):
 
         Parameters
         ----------
-        targets : Multivector of motors (...)
+        targets : Multivector of motors (...), or array (..., 4, 4)
+            Motors of cga3d or pga3d, as `bladesmith.poses` makes them, or homogeneous matrices.
         start : array (n,) or (..., n), optional
             Default: zero, or the middle of the limits where they exclude zero.
         tolerance : float
@@ -259,7 +260,12 @@ class Chain(SerialChainData):
         )
 
     def all_solutions(
-        self, pose: Multivector, *, tolerance: float = 1e-10, method: str | None = None, strict: bool = False
+        self,
+        pose: Multivector | ArrayLike,
+        *,
+        tolerance: float = 1e-10,
+        method: str | None = None,
+        strict: bool = False,
     ) -> Postures:
         """Every posture of an arm of six rotations at motors (...), up to sixteen each.
 
@@ -270,7 +276,8 @@ class Chain(SerialChainData):
 
         Parameters
         ----------
-        pose : Multivector of motors (...)
+        pose : Multivector of motors (...), or array (..., 4, 4)
+            As the targets of `inverse`.
         tolerance : float
             Remaining rotation, in radians, and distance, in the chain's `length`.
         method : {"wrist", "parallel", "elimination"}, optional

@@ -14,18 +14,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.algorithms.chain_frames import JacobianFrame
-from ...codegen.errors import AlgebraMismatchError, GradeError, InputError
+from ...codegen.errors import GradeError, InputError
 from ...common.dtypes import F64
 from ...common.validation import (
     as_bool,
     as_choice,
-    as_instance,
     broadcast_to,
     check_shape,
     positive_float,
     real_array,
     short_repr,
 )
+from ...core.geometry.motors import motors_from
 from ...core.multivector import Multivector
 from ...dispatch.algorithm_loops import TARGETS
 from ...dispatch.item_plans import is_plain, wrapped
@@ -163,20 +163,12 @@ class SerialChainData(JointDynamics):
         return motors._make(motors._type, np.broadcast_to(motors._data, (*shape, 8)).copy(), shape, None)
 
     def as_motors(self, x: Any, what: str) -> Multivector:
-        """x on the blades of motors.
-
-        Raises
-        ------
-        InputError, AlgebraMismatchError, KindError
-        """
-        motor = as_instance(x, what, Multivector, "a motor", remedy="Make it with translator and rotor")
-        home, kind = motor.algebra, motor.kind
-        if home is not self.algebra:
-            raise AlgebraMismatchError(f"{what}: a motor of {home.name}; the axes belong to {self.algebra.name}.")
-        if kind.name == "motor":
+        """x on the blades of the chain's motors, from what `motors_from` takes."""
+        motor = motors_from(x, self.algebra, what)
+        if motor.kind.name == "motor":
             return motor
-        if not set(kind.blades) <= set(home.kind("motor").blades):
-            raise GradeError(f"{what}: a {kind.name} is not a motor.", remedy="See Multivector.as_kind('motor')")
+        if not set(motor.kind.blades) <= set(self.algebra.kind("motor").blades):
+            raise GradeError(f"{what}: a {motor.kind.name} is not a motor.", remedy="See Multivector.as_kind('motor')")
         return motor.as_kind("motor")
 
     # -- poses and velocities --------------------------------------------------------------------------------

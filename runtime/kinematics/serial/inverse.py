@@ -66,7 +66,7 @@ class Solution:
 
 def inverse(
     chain: SerialChainData,
-    targets: Multivector,
+    targets: Multivector | ArrayLike,
     start: ArrayLike | None,
     tolerance: float,
     iterations: int,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.errors import InputError
 from ...common.validation import as_bool, as_choice, positive_float
@@ -133,7 +133,7 @@ class _Problem:
 
 
 def all_solutions(
-    chain: SerialChainData, pose: Multivector, tolerance: float, method: str | None, strict: bool
+    chain: SerialChainData, pose: Multivector | ArrayLike, tolerance: float, method: str | None, strict: bool
 ) -> Postures:
     """See `Chain.all_solutions`."""
     positive_float(tolerance, "tolerance")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.errors import ShapeError, SingularError, UndeterminedError
 from ...codegen.programs.registration.registration import KINDS
@@ -120,18 +120,20 @@ class EstimationOptions:
 @overload
 def estimate_rotor(
     query_objects: Any, reference_objects: Any, method: str = ..., *, cost: str = ..., align: bool = ...,
-    robust: bool = ..., threshold: float | None = ..., start: Multivector | None = ..., iterations: int | None = ...,
-    length: float = ..., seed: int = ..., threads: int | None = ..., details: Literal[False] = ..., strict: bool = ...,
+    robust: bool = ..., threshold: float | None = ..., start: Multivector | ArrayLike | None = ...,
+    iterations: int | None = ..., length: float = ..., seed: int = ...,
+    threads: int | None = ..., details: Literal[False] = ..., strict: bool = ...,
 ) -> Multivector: ...  # fmt: skip
 @overload
 def estimate_rotor(
     query_objects: Any, reference_objects: Any, method: str = ..., *, cost: str = ..., align: bool = ...,
-    robust: bool = ..., threshold: float | None = ..., start: Multivector | None = ..., iterations: int | None = ...,
-    length: float = ..., seed: int = ..., threads: int | None = ..., details: Literal[True], strict: bool = ...,
+    robust: bool = ..., threshold: float | None = ..., start: Multivector | ArrayLike | None = ...,
+    iterations: int | None = ..., length: float = ..., seed: int = ...,
+    threads: int | None = ..., details: Literal[True], strict: bool = ...,
 ) -> Estimate: ...  # fmt: skip
 def estimate_rotor(
     query_objects: Any, reference_objects: Any, method: str = "direct", *, cost: str = "positive", align: bool = True,
-    robust: bool = False, threshold: float | None = None, start: Multivector | None = None,
+    robust: bool = False, threshold: float | None = None, start: Multivector | ArrayLike | None = None,
     iterations: int | None = None, length: float = 1.0, seed: int = 0, threads: int | None = None,
     details: bool = False, strict: bool = False,
 ) -> Multivector | Estimate:  # fmt: skip
@@ -154,8 +156,9 @@ def estimate_rotor(
         consensus of minimal sets, and works as long as more than half of the pairs are correct.
     threshold : float, optional
         Trim pairs at a larger distance than this instead, as in `match`.
-    start : Multivector, optional
-        Initial motor. Default: "direct" starts with coincident centers of the models, "optimize" from the linear motor.
+    start : Multivector or array (4, 4), optional
+        Initial motor, of cga3d or pga3d, or its matrix. Default: "direct" starts with coincident centers of the models,
+        "optimize" from the linear motor.
     iterations : int, optional
         Largest number. Default: 500 loops of Algorithm 1, 200 steps of BFGS, 30 Gauss-Newton steps.
     length : float

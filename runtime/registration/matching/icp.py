@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.interrupts import keep_partial
 from ...codegen.programs.registration.registration import KINDS, matched_as
@@ -36,7 +36,7 @@ FINAL_ROUNDS = 10
 
 
 def iterate(
-    query: Any, reference: Any, start: Multivector | None = None, *, estimate: str = "direct",
+    query: Any, reference: Any, start: Multivector | ArrayLike | None = None, *, estimate: str = "direct",
     assignment: str = "one_sided", cost: str = "distance", iterations: int = ROUNDS, threshold: float | None = None,
     robust: bool = True, align: bool = True, length: float = 1.0, loss: str = "linear", threads: int | None = None,
     progress: ProgressOption = False,
@@ -47,8 +47,8 @@ def iterate(
     ----------
     query, reference : Model, Multivector (n,), list of Multivector, or mapping
         See `match`.
-    start : Multivector, optional
-        Motor that moves the query before the first match. Default: the identity.
+    start : Multivector or array (4, 4), optional
+        Motor of cga3d or pga3d, or matrix, that moves the query before the first match. Default: the identity.
     estimate : "direct", "optimize" or "linear"
         See `estimate_rotor`.
     assignment, cost, align

@@ -10,7 +10,9 @@ import numpy as np
 from ...codegen.errors import InputError
 from ...codegen.programs.registration.registration import KINDS
 from ...common.validation import as_instance, invalid, positive_float
+from ...core.geometry.motors import motors_from
 from ...core.multivector import Multivector
+from ...core.registry import stock_algebra
 from ...objects.arguments import as_objects
 from ..result import Registration
 from .model import Model
@@ -133,15 +135,15 @@ def check_same_models(result: Registration, query: Model | None = None, referenc
 
 
 def as_motor(x: Any, name: str) -> Multivector:
-    """Convert to one motor of `cga3d`.
+    """One motor of `cga3d`, from a motor of cga3d or pga3d, or a matrix (4, 4).
 
     Raises
     ------
-    InputError
+    InputError, ShapeError, AlgebraMismatchError, GradeError, KindError
     """
-    if not isinstance(x, Multivector) or "ni" not in x.algebra.vectors or x.shape != ():
-        raise invalid(x, name, "one motor of cga3d")
-    motor = x.as_kind("motor")
+    motor = motors_from(x, stock_algebra("cga3d"), name).as_kind("motor")
+    if motor.shape != ():
+        raise invalid(x, name, "one motor")
     if not np.isfinite(motor._data).all():
-        raise InputError(f"{name} is not finite; one motor of cga3d is needed.")
+        raise InputError(f"{name} is not finite, or no rigid motion; one motor is needed.")
     return motor

@@ -5,6 +5,9 @@ from __future__ import annotations
 from concurrent.futures import Executor
 from functools import partial
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from ...codegen.errors import InputError
 from ...codegen.interrupts import keep_partial
 from ...common.progress import ProgressOption, open_progress
@@ -42,7 +45,7 @@ def register(
     threads: int | None = None,
     backend: str = "c",
     *,
-    start: str | Multivector = "global",
+    start: str | Multivector | ArrayLike = "global",
     align: bool = True,
     length: float = 1.0,
     similarity: bool = False,
@@ -70,9 +73,9 @@ def register(
         Default: the package's (`bladesmith.set_threads`); with an executor those of each worker, one by default.
     backend : "c", "numba" or "cuda"
         Implementation of the compiled stages.
-    start : "global", "proximity" or Multivector
+    start : "global", "proximity", Multivector or array (4, 4)
         "global": from any displacement, by invariants of motions. "proximity": REFORM as in the text (5.5), from the
-        present pose of the query, or from the pose of a motor that is given here.
+        present pose of the query, or from the pose that is given here: a motor of cga3d or pga3d, or a matrix.
     align : bool
         True if x and -x are the same object. Otherwise orientations must agree.
     length : float
@@ -140,7 +143,7 @@ def register(
     samples = as_int(samples, "samples", high=MAX_SAMPLES)
     sample_size = None if sample_size is None else as_int(sample_size, "sample_size", high=MAX_SAMPLE_SIZE)
     rounds = ROUNDS if iterations is None else as_int(iterations, "iterations", high=MAX_SAMPLES)
-    motor = as_motor(start, "start") if isinstance(start, Multivector) else None
+    motor = as_motor(start, "start") if isinstance(start, Multivector | np.ndarray | list | tuple) else None
     from_nearby = motor is not None or as_choice(start, "start", STARTS) == "proximity"
     length = as_length(length)
     problem = RegistrationProblem(

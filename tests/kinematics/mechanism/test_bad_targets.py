@@ -6,10 +6,9 @@ import pickle
 import numpy as np
 import pytest
 
-from bladesmith import Status
+from bladesmith import Status, cga2d
 from bladesmith import cga3d as cga
 from bladesmith import kinematics as kin
-from bladesmith import pga3d as pga
 from bladesmith.codegen.errors import BladesmithError, InputError, KindError, ShapeError
 
 from ...support.kinematics import AXIS, hinge, twist
@@ -35,16 +34,16 @@ ASKED = {
         InputError,
         "did you mean",
     ),
-    "a word for a motor": (lambda m: m.solve_pose(targets={"crank": "x"}), InputError, "a motor of cga3d"),
+    "a word for a motor": (lambda m: m.solve_pose(targets={"crank": "x"}), InputError, "a motor, or an array"),
     "a motor of no unit": (
         lambda m: m.solve_pose(targets={"crank": 2 * cga.translator((0, 0, 0))}),
         KindError,
         "motor",
     ),
-    "a motor of another algebra": (
-        lambda m: m.solve_pose(targets={"crank": pga.translator((0, 0, 0))}),
+    "a motor of the plane": (
+        lambda m: m.solve_pose(targets={"crank": cga2d.translator((0, 0))}),
         BladesmithError,
-        "pga3d",
+        "cga2d",
     ),
     "a point of two": (lambda m: m.solve_pose(targets={"crank": ([0, 1], [0, 0, 1])}), ShapeError, "3. is needed"),
     "points": (

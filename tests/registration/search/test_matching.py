@@ -100,7 +100,7 @@ def test_kinds_that_one_model_lacks_have_no_matches():
         (lambda x: match({"cubes": 1}, x), "'cubes' is not a kind"),
         (lambda x: match(x.lines * np.nan, x), r"lines\[0\]"),
         (lambda x: estimate_rotor(x, x, method="newton"), "method is 'newton'"),
-        (lambda x: estimate_rotor(x, x, start=1), "start is 1; one motor"),
+        (lambda x: estimate_rotor(x, x, start=1), "start is 1; a motor, or an array"),
         (lambda x: estimate_rotor(x, x, iterations=0), "iterations is 0"),
         (lambda x: estimate_rotor(x, x, cost="distance"), "cost is 'distance'"),
         (lambda x: iterate(x, x, estimate="all"), "estimate is 'all'"),

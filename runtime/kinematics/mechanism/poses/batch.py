@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ....codegen.errors import InputError
 from ....common.validation import as_instance, broadcast_shapes
+from ....core.geometry.motors import motors_from
 from ....core.multivector import Algebra, Multivector
 from ....dispatch.formulas import evaluate
 from ....dispatch.multivector_data import statuses
@@ -133,7 +134,7 @@ def motor_coefficients(mechanism: Assembly, x: Any, what: str) -> Array:
     """Coefficients (..., 8) of motors, NaN where an item is not finite."""
     algebra = mechanism.algebra
     kind = algebra.kind("motor")
-    as_instance(x, what, Multivector, f"a motor of {algebra.name}")
+    x = motors_from(x, algebra, what)
     bad = ~np.isfinite(x.values).all(-1)
     clean = algebra.scalar(1.0) if bad.all() else x
     if bad.any() and not bad.all():
