@@ -19,6 +19,7 @@ from ..codegen.algebra.algebra import Kind
 from ..codegen.algebra.blades import grade
 from ..codegen.trace.result_kinds import result_blades
 from ..common.dtypes import F32
+from .arrays.backends import Backend
 from .kernel_entries import KernelSource
 
 T = TypeVar("T")
@@ -74,7 +75,7 @@ class Type:
     __slots__ = ("algebra", "kind", "dtype", "single", "blades", "size", "_columns", "_cache")
 
     #: The package whose arrays hold the coefficients; None: NumPy. See `dispatch.arrays`.
-    backend: Any = None
+    backend: Backend | None = None
 
     def __init__(self, algebra: TypedAlgebra, kind: Kind, dtype: np.dtype[Any]) -> None:
         self.algebra = algebra

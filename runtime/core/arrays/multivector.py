@@ -62,6 +62,13 @@ class ArrayMultivector(Operators):
         return self._type.algebra
 
     @property
+    def _backend(self) -> Backend:
+        """Of which package its array is."""
+        backend = self._type.backend
+        assert backend is not None
+        return backend
+
+    @property
     def status(self) -> NoReturn:
         """There is none.
 
@@ -70,7 +77,7 @@ class ArrayMultivector(Operators):
         InputError
         """
         raise InputError(
-            f"multivectors on arrays of {self._type.backend.name} have no statuses: an item without an answer is NaN.",
+            f"multivectors on arrays of {self._backend.name} have no statuses: an item without an answer is NaN.",
             remedy="Take x.numpy(), or a kernel that returns a status",
         )
 
@@ -82,7 +89,7 @@ class ArrayMultivector(Operators):
         InputError
             While a function is traced.
         """
-        numbers = self._type.backend.numbers(self._data)
+        numbers = self._backend.numbers(self._data)
         if numbers is None:
             raise InputError("there are no numbers while a function is traced.", remedy="Return the multivector")
         plain = self._type.algebra.type_of(self.kind, self.dtype)
@@ -94,7 +101,7 @@ class ArrayMultivector(Operators):
     def astype(self, dtype: Any) -> Self:
         """Convert to float64 or float32."""
         precision = as_precision(dtype) or F64
-        return self._make(self._type, self._type.backend.cast(self._data, precision), self._lead)
+        return self._make(self._type, self._backend.cast(self._data, precision), self._lead)
 
     def reshape(self, *shape: Any) -> Self:
         """Reshape the batch."""
@@ -136,7 +143,7 @@ class ArrayMultivector(Operators):
         if wanted == self.kind:
             return self
         if check:
-            numbers = self._type.backend.numbers(self._data)
+            numbers = self._backend.numbers(self._data)
             if numbers is not None:
                 self.numpy().as_kind(wanted)
             elif not belongs(self.kind, wanted):
@@ -145,7 +152,7 @@ class ArrayMultivector(Operators):
                     "traced there are no numbers to check.",
                     remedy="Say that it is one: x.as_kind(kind, check=False)",
                 )
-        found: Self = wrap(self._type.algebra, wanted, embed(self, wanted), self._type.backend)
+        found: Self = wrap(self._type.algebra, wanted, embed(self, wanted), self._backend)
         return found
 
     # -- functions -----------------------------------------------------------------------------------------
@@ -193,7 +200,7 @@ class ArrayMultivector(Operators):
     # -- objects -------------------------------------------------------------------------------------------
 
     def __repr__(self) -> str:
-        holder = f"an array of {self._type.backend.name}"
+        holder = f"an array of {self._backend.name}"
         return f"<{self.kind.name} of {self._type.algebra.name}, shape {self._lead}, on {holder}>"
 
     def __reduce__(self) -> NoReturn:
