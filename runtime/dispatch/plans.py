@@ -65,6 +65,7 @@ def _on_arrays(operation: str, a: MultivectorData, b: MultivectorData) -> Plan:
     """The plan where an operand holds another package's array: its result has the kind of that of NumPy arrays."""
     x, y = no_items(a), no_items(b)
     backend = a._type.backend or b._type.backend
+    assert backend is not None
     found: Plan = backend.product(FORMULAS[operation], plan(operation, x, y)(x, y).kind, a, b)
     return found
 

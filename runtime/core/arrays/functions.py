@@ -24,8 +24,9 @@ def _formula(x: M, formula: str, like: Callable[[Any], Any] | None) -> M:
     value: M = evaluate_batch(x.algebra, formula, x).value
     if like is None:
         return value
-    kind = x._type.memoize(("kind", formula), lambda: like(no_items(x)).kind)
-    return value if value.kind == kind else wrap(x.algebra, kind, embed(value, kind), x._type.backend)
+    kind, backend = x._type.memoize(("kind", formula), lambda: like(no_items(x)).kind), x._type.backend
+    assert backend is not None
+    return value if value.kind == kind else wrap(x.algebra, kind, embed(value, kind), backend)
 
 
 def exp(x: M) -> M:

@@ -24,7 +24,7 @@ class ArrayType(Type):
 
     def __init__(self, algebra: TypedAlgebra, kind: Kind, dtype: np.dtype[Any], backend: Backend) -> None:
         super().__init__(algebra, kind, dtype)
-        self.backend = backend
+        self.backend: Backend = backend
 
     def of_kind(self, kind: Kind) -> Type:
         return array_type(self.algebra, kind, self.dtype, self.backend)
