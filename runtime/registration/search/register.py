@@ -24,6 +24,7 @@ from .interrupted import interrupted_result
 from .problem import RegistrationProblem
 from .ransac import ransac_search
 from .scale import register_similarity
+from .size_ratio import compare_sizes
 
 #: Default number of rounds of iterative matching of a candidate.
 ROUNDS = 30
@@ -82,7 +83,7 @@ def register(
         Length that a rotation by one radian is equivalent to, in units of the models' size.
     similarity : bool
         The reference may be larger or smaller than the query: the result's ``scale`` s is estimated too, and a point x
-        goes to motor (s x), scaled about the world's origin.
+        goes to motor (s x), scaled about the world's origin. By any factor: units of length may differ.
     loss : "linear", "huber", "soft_l1", "cauchy" or "tukey"
         What the refinement of the pose minimizes over the matches: their costs, or a robust loss of them, as in
         `scipy.optimize.least_squares` ("tukey": the biweight). Its scale is the standard deviation that covariances
@@ -133,19 +134,28 @@ def register(
     True
     """
     _check_models(query, reference)
+    length = as_length(length)
+    register_motion = partial(
+        _register_motion, reference=reference, samples=samples, sample_size=sample_size, iterations=iterations,
+        seed=seed, threads=threads, backend=backend, start=start, align=align, length=length, loss=loss,
+        executor=executor, progress=progress,
+    )  # fmt: skip
     if as_bool(similarity, "similarity"):
-        register_scaled = partial(
-            register, reference=reference, samples=samples, sample_size=sample_size, iterations=iterations, seed=seed,
-            threads=threads, backend=backend, start=start, align=align, length=length, loss=loss, executor=executor,
-            progress=progress,
-        )  # fmt: skip
-        return register_similarity(query, reference, register_scaled)
+        return register_similarity(query, reference, register_motion, length)
+    return register_motion(query, compares_sizes=True)
+
+
+def _register_motion(
+    query: Model, reference: Model, samples: int, sample_size: int | None, iterations: int | None, seed: int,
+    threads: int | None, backend: str, start: str | Multivector, align: bool, length: float, loss: str,
+    executor: Executor | None, progress: ProgressOption, compares_sizes: bool = False,
+) -> Registration:  # fmt: skip
+    """`register` without a scale."""
     samples = as_int(samples, "samples", high=MAX_SAMPLES)
     sample_size = None if sample_size is None else as_int(sample_size, "sample_size", high=MAX_SAMPLE_SIZE)
     rounds = ROUNDS if iterations is None else as_int(iterations, "iterations", high=MAX_SAMPLES)
     motor = as_motor(start, "start") if isinstance(start, Multivector | np.ndarray | list | tuple) else None
     from_nearby = motor is not None or as_choice(start, "start", STARTS) == "proximity"
-    length = as_length(length)
     problem = RegistrationProblem(
         query, reference, seed=as_int(seed, "seed", 0), threads=threads, backend=backend,
         executor=executor, align=as_bool(align, "align"), length=length, loss=as_choice(loss, "loss", LOSSES),
@@ -155,11 +165,15 @@ def register(
         keep_partial(lambda: interrupted_result(problem, query.counts)),
     ):
         problem.progress = lambda step: report(step.candidates, step)
-        if not from_nearby:
-            problem.best = search_globally(problem, samples, sample_size)
-            return assemble_result(problem, problem.best, rounds, query.counts)
-        problem.best = ransac_search(problem, samples, sample_size, iterations and rounds, motor)
-        return cross_check_with_global_search(problem, assemble_result(problem, problem.best, ROUNDS, query.counts))
+
+        def find() -> Registration:
+            if not from_nearby:
+                problem.best = search_globally(problem, samples, sample_size)
+                return assemble_result(problem, problem.best, rounds, query.counts)
+            problem.best = ransac_search(problem, samples, sample_size, iterations and rounds, motor)
+            return cross_check_with_global_search(problem, assemble_result(problem, problem.best, ROUNDS, query.counts))
+
+        return compare_sizes(problem, find) if compares_sizes else find()
 
 
 def _check_models(query: Model, reference: Model) -> None:

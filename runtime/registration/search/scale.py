@@ -4,6 +4,7 @@ the best one is refined from the matches.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations_with_replacement
@@ -13,15 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.errors import Interrupted, UndeterminedError
-from ...codegen.programs.registration.registration import DIRECTED, matched_as
+from ...codegen.programs.registration.registration import DIRECTED
 from ..model.model import Model
-from ..model.similarity import similarity
 from ..result import Registration
+from ..verification.scale_significance import check_scale, least_squares_scale
 from .interrupted import INTERRUPTED
 from .invariant_tables import COSINE, expand_ranges, pair_indices
 from .problem import RegistrationProblem
+from .size_ratio import describe_unusual_ratio, size_ratio
 
 Array = NDArray[Any]
+#: If the ratio of the models' sizes is beyond this, the query is first scaled by a power of two, which is exact.
+MAX_SIZE_RATIO = 4.0
 #: Largest number of pairs of either model that vote, for each two kinds.
 MAX_PAIRS = 3000
 #: Widths of a bin of the log scale, each with the largest difference of the cosines of two matching pairs: for exact
@@ -41,69 +45,55 @@ MAX_ROUNDS = 12
 MIN_CHANGE = 1e-13
 
 
-def register_similarity(query: Model, reference: Model, run: Callable[[Model], Registration]) -> Registration:
+def register_similarity(
+    query: Model, reference: Model, run: Callable[[Model], Registration], length: float = 1.0
+) -> Registration:
     """Scale and pose of a query: x goes to motor (scale x), scaled about the world's origin. ``run`` registers a scaled
-    query.
+    query, with this ``length`` of `register`.
 
     Raises
     ------
     UndeterminedError
         If no two objects determine a scale: where there are only planes, or lines through one point.
     """
-    problem = RegistrationProblem(query, reference, threads=1)
+    problem = RegistrationProblem(query, reference, threads=1, length=length)
+    given, ratio, factor = problem, size_ratio(problem), 1.0
+    if abs(math.log(ratio)) > math.log(MAX_SIZE_RATIO):  # not for NaN
+        factor = 2.0 ** round(math.log2(ratio))
+        problem = RegistrationProblem(_scale_query(query, factor), reference, threads=1, length=length)
     result: Registration | None = None
 
     def run_at(scale: float) -> Registration:
         try:
-            return replace(run(_scale_query(query, scale)), scale=float(scale))
+            return check_scale(problem, replace(run(_scale_query(query, scale)), scale=float(scale)))
         except Interrupted as interrupt:
             best = replace(interrupt.partial, scale=float(scale))
             best = best if result is None or best.doubt < result.doubt else result
             raise Interrupted(replace(best, converged=False, message=INTERRUPTED)) from None
 
-    for scale in scales(problem):
+    frames = [(problem, factor), (given, 1.0)][: 1 if problem is given else 2]  # sizes of few objects may mislead
+    for scale in (unit * x for side, unit in frames for x in scales(side)):
         trial = run_at(scale)
         if result is None or trial.doubt < result.doubt:
             result = trial
         if result.converged:
             break
+    unusual = describe_unusual_ratio(ratio)
     if result is None:
         what = "the objects that the models have in common do not determine a scale"
+        what = f"{what}; {unusual}" if unusual else what
         remedy = "Give points, rounds, or lines that do not all meet; or leave similarity out"
         raise UndeterminedError(what, remedy=remedy)
     for _ in range(MAX_ROUNDS):
-        ratio = _least_squares_scale(problem, result) / result.scale
-        if not np.isfinite(ratio) or abs(ratio - 1) < MIN_CHANGE:
+        change = factor * least_squares_scale(problem, result)[0] / result.scale
+        if not np.isfinite(change) or abs(change - 1) < MIN_CHANGE:
             break
-        result = run_at(result.scale * ratio)
-    return result
+        result = run_at(result.scale * change)
+    return result if result.converged or not unusual else replace(result, message=f"{result.message}; {unusual}")
 
 
 def _scale_query(query: Model, scale: float) -> Model:
     return query.in_frame((0.0, 0.0, 0.0), 1 / scale)
-
-
-def _least_squares_scale(problem: RegistrationProblem, result: Registration) -> float:
-    """Scale of least squares over the matches, for the rotation of a result.
-
-    Residuals of scale s and translation t: s R x + t - y, projected across lines and planes, and s r - r' of radii.
-    """
-    rotation = similarity(result.motor)[1]
-    rows, targets = [np.zeros((0, 4))], [np.zeros(0)]
-    for kind in problem.query.data.rows:
-        matched = result.matches[kind]
-        x = problem.query.data.elements[kind][matched >= 0]
-        y = problem.reference.data.elements[kind][matched[matched >= 0]]
-        normal_projection = np.einsum("ni,nj->nij", y[:, 3:6], y[:, 3:6])
-        projection = {"plane": normal_projection, "line": np.eye(3) - normal_projection}.get(
-            matched_as(kind), np.broadcast_to(np.eye(3), normal_projection.shape)
-        )
-        rows.append(np.concatenate([(projection @ (x[:, :3] @ rotation.T)[..., None]), projection], -1).reshape(-1, 4))
-        targets.append((projection @ y[:, :3, None]).ravel())
-        rows.append(np.stack([x[:, 6], *np.zeros((3, len(x)))], -1))
-        targets.append(y[:, 6])
-    solution, _, rank, _ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(targets), rcond=None)
-    return float(solution[0]) if rank == 4 and solution[0] > 0 else np.nan
 
 
 def scales(problem: RegistrationProblem, trials: int = TRIALS_PER_WIDTH) -> Array:
