@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ...ir.loops.nodes import Array
 from ...ir.loops.types import BOOL, INT
 from ...targets.templates import render
 from ..unit import Unit
@@ -16,6 +17,9 @@ class C99Printer(ExportPrinter):
 
     language = "cpp"  # headers may be included there, too
     types = {INT: "int64_t", BOOL: "int"}
+
+    def allocation(self, array: Array, is_zero: bool) -> list[str]:
+        return super().allocation(array, is_zero or self.is_cleared(array))
 
 
 class _DeclaredPrinter(C99Printer):

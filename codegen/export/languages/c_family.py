@@ -27,6 +27,10 @@ from .numbers import rounded
 RESULT = "result_"
 
 
+#: Longer arrays are left as they are: clearing takes time, and no compiler looks into them.
+CLEARED = 64
+
+
 class ExportPrinter(CLoopPrinter):
     """One function of a file.
 
@@ -170,6 +174,11 @@ class ExportPrinter(CLoopPrinter):
     def value_for(self, name: str, value: Expression) -> str:
         text = super().value_for(name, value)
         return self.cast("int", f"({text})") if name in self.statuses else text
+
+    @staticmethod
+    def is_cleared(array: Array) -> bool:
+        """Whether an array gets zeros where it is made: compilers warn of small ones that a loop fills."""
+        return array.type.size <= CLEARED
 
     def table_lines(self, table: Table) -> list[str]:
         """Constants of the file."""

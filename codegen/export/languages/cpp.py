@@ -125,7 +125,7 @@ class CppPrinter(ExportPrinter):
 
     def allocation(self, array: Array, is_zero: bool) -> list[str]:
         (line,) = super().allocation(array, False)
-        return [f"{line[:-1]}{{}};" if is_zero or _is_constant(self.function) else line]
+        return [f"{line[:-1]}{{}};" if is_zero or self.is_cleared(array) or _is_constant(self.function) else line]
 
 
 def _is_constant(function: Function) -> bool:

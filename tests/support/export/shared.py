@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-GCC = ["gcc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wshadow", "-Werror", "-O1", "-ffp-contract=off"]
+GCC = ["gcc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wshadow", "-Werror", "-O2", "-ffp-contract=off"]
 
 
 class SharedLibrary:
