@@ -147,7 +147,7 @@ def register(
 
 def _register_motion(
     query: Model, reference: Model, samples: int, sample_size: int | None, iterations: int | None, seed: int,
-    threads: int | None, backend: str, start: str | Multivector, align: bool, length: float, loss: str,
+    threads: int | None, backend: str, start: str | Multivector | ArrayLike, align: bool, length: float, loss: str,
     executor: Executor | None, progress: ProgressOption, compares_sizes: bool = False,
 ) -> Registration:  # fmt: skip
     """`register` without a scale."""
