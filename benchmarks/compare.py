@@ -33,7 +33,8 @@ LIMIT = 1.10
 TURNS = 21
 #: Seconds that a turn takes at least, of runs one after the other.
 TURN = 0.02
-PACKAGES = {"codegen": "codegen", "templates": "templates", "generated": "generated"}
+#: Packages beside `runtime`, whose folders stand inside the installed one.
+PACKAGES = ("codegen", "templates", "generated")
 
 
 class Worker:

@@ -52,6 +52,15 @@ def check_contents(wheel: Path) -> None:
         raise SystemExit("it holds no compiled kernels.")
 
 
+def requirements(wheel: Path) -> list[str]:
+    """What a wheel needs, without extras."""
+    with zipfile.ZipFile(wheel) as opened:
+        metadata = opened.read(next(n for n in opened.namelist() if n.endswith(".dist-info/METADATA"))).decode()
+    start = "Requires-Dist: "
+    needed = [line.removeprefix(start) for line in metadata.splitlines() if line.startswith(start)]
+    return [each for each in needed if "extra ==" not in each]
+
+
 def run_snippet(python: Path) -> None:
     """The snippet in a new interpreter, which finds no compiler."""
     with tempfile.TemporaryDirectory() as folder:
@@ -78,8 +87,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         venv.create(folder, with_pip=True)
         python = next(p for p in Path(folder).glob("*/python*") if p.name in ("python", "python.exe"))
-        subprocess.run([python, "-m", "pip", "install", "-q", "numpy", "scipy", "cffi", "sympy<1.15", "jinja2", "click",
-                        "pydantic", "platformdirs", "filelock", "tqdm"], check=True)  # fmt: skip
+        subprocess.run([python, "-m", "pip", "install", "-q", *requirements(options.wheel)], check=True)
         begin = time.perf_counter()
         subprocess.run([python, "-m", "pip", "install", "-q", options.wheel], check=True)
         run_snippet(python)
