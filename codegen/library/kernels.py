@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatch
+from functools import cache
 from importlib import resources
 from typing import Any
 
 from ..algebra.algebra import Algebra
 from ..algebra.loader import algebra_from_data
+from ..algebra.schema import load_spec, stock_spec_path
 from ..declarations import declared_kernels, plain_kernels
 from ..errors import InputError
 from ..generator import selected_variants
@@ -57,6 +59,13 @@ def library_variants(
         for done, (each, variant) in enumerate(selected, 1):
             found.append(variant)
             report(done, each.name)
+    return found
+
+
+@cache
+def stock_variant(algebra: str, name: str) -> Variant:
+    """The kernel of a stock algebra, in the form that the package's own library has."""
+    (found,) = library_variants(load_spec(stock_spec_path(algebra)), [name])
     return found
 
 

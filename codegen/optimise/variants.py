@@ -15,6 +15,7 @@ from threading import RLock
 
 from ..errors import SpecError, TraceError
 from ..ir.graph import Node, reachable
+from ..ir.loops.nodes import KernelSignature
 from ..trace.kernel import Kernel
 from .accuracy import error_ratio
 from .factor.factor import Expr, Poly, factor
@@ -93,6 +94,18 @@ class Variant:
     roots: tuple[Node, ...]
     callees: Mapping[Kernel, Variant] = field(default_factory=dict)
     expressions: tuple[Expr, ...] | None = None
+
+    is_callable_in_algorithms = True
+
+    @property
+    def kernel_signature(self) -> KernelSignature:
+        """What algorithms call."""
+        return self.kernel.signature(self)
+
+    @property
+    def variant(self) -> Variant:
+        """What is printed for an algorithm that calls it."""
+        return self
 
     @cached_property
     def operations(self) -> Operations:

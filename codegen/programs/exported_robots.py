@@ -6,12 +6,10 @@ from typing import Any
 
 from ..algorithms.chain_records import Frame, Joint
 from ..algorithms.weighted_rows import weighted_rows
-from ..formulas.motions import motions
-from ..formulas.products import products
 from ..ir.loops.algorithm import Algorithm as algorithm
 from ..ir.loops.language import InOut, Int, Matrix, Out, Reals, Rows, Vector, empty, int_empty
 from ..ir.loops.nodes import Function
-from . import KernelSpec
+from ..optimise.variants import Variant
 from .chains import algorithms_of as chains_of
 from .mechanisms.poses import HUGE, NOT_FINITE
 from .mechanisms.program import algorithms_of as mechanisms_of
@@ -19,10 +17,9 @@ from .mechanisms.records import Cut, Driven, Link, Loop, PathStep, Shared, Sizes
 
 
 @cache
-def chain_matrix(algebra: str, room: int) -> Function:
-    """The homogeneous matrix of a chain's tool."""
+def chain_matrix(algebra: str, room: int, to_matrix: Variant) -> Function:
+    """The homogeneous matrix of a chain's tool; ``to_matrix``: of a motor, as the package computes it."""
     forward = chains_of(algebra, room).forward
-    to_matrix = KernelSpec(motions.motor_to_matrix, ("layout motor",), "motor_matrix", algebra)
 
     @algorithm
     def tool_matrix(
@@ -37,14 +34,15 @@ def chain_matrix(algebra: str, room: int) -> Function:
 
 
 @cache
-def mechanism_matrices(algebra: str, room: int) -> Function:
-    """Homogeneous matrices of a mechanism's bodies in the world, at one pose."""
+def mechanism_matrices(algebra: str, room: int, to_matrix: Variant, carried: Variant) -> Function:
+    """Homogeneous matrices of a mechanism's bodies in the world, at one pose.
+
+    ``to_matrix`` as of `chain_matrix`; ``carried``: of a motor, carried along by another.
+    """
     poses = mechanisms_of(algebra, room)["poses"]
     system = weighted_rows(room, room, is_open=True)
     Numbers: Any = system.numbers
     Indices: Any = system.integers
-    to_matrix = KernelSpec(motions.motor_to_matrix, ("layout motor",), "motor_matrix", algebra)
-    carried = KernelSpec(products.sandwich, ("layout motor", "layout motor"), "carried_motor", algebra)
 
     @algorithm
     def body_matrices(

@@ -33,6 +33,7 @@ def chain_items(
         Of the file.
     """
     from ...codegen.export.bound import Binding, bound_algorithms
+    from ...codegen.library.kernels import stock_variant
     from ...codegen.programs.chains import chain_function, class_of
     from ...codegen.programs.exported_robots import chain_matrix
 
@@ -53,7 +54,7 @@ def chain_items(
     )
     functions = [
         ("motor", chain_function(algebra, room, "forward"), pose),
-        ("matrix", chain_matrix(algebra, room), matrix),
+        ("matrix", chain_matrix(algebra, room, stock_variant(algebra, "motor_to_matrix_motor")), matrix),
         ("jacobian", chain_function(algebra, room, "jacobian"), columns),
     ]
     return bound_algorithms(

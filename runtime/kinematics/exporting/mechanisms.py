@@ -30,6 +30,7 @@ def mechanism_items(
         Of the file.
     """
     from ...codegen.export.bound import Binding, bound_algorithms
+    from ...codegen.library.kernels import stock_variant
     from ...codegen.programs.exported_robots import mechanism_matrices
 
     count = len(bodies)
@@ -42,5 +43,6 @@ def mechanism_items(
         f"matrices: for each body ({listed}) 4 rows of 4, from where it stood to where it is, in the world. Returns 0 "
         "where the pose was found, 1 where it is not reached, 2 after too many steps, 3 where a number is not finite."
     )
-    function = mechanism_matrices(algebra, room)
+    kernels = (stock_variant(algebra, name) for name in ("motor_to_matrix_motor", "sandwich_motor_motor"))
+    function = mechanism_matrices(algebra, room, *kernels)
     return bound_algorithms(name, [Binding("poses", function, {**given, "goals": [0.0]}, shapes, sizes, (note,))])

@@ -218,9 +218,8 @@ class Driver:
         its order the driven joint and what a unit of it counts.
         """
         mechanism, order = self.mechanism, self._tree.order
-        kind, scales, shift = mechanism.frame_motor
-        given = {**self._tables.arguments, **self._options(), "scales": scales}
-        given["shift"] = shift.as_kind(kind, check=False).values
+        _, scales, shift = mechanism.frame_motor
+        given = {**self._tables.arguments, **self._options(), "scales": scales, "shift": shift.values}
         joints = sorted(self.request.driven, key=lambda j: order.index(self._tree.child_of[j]))
         speeds = [(j, float(mechanism.loops.relations[j].speeds[0])) for j in joints]
         return given, {**self._tables.work(), **work_of(self._tables.room)}, speeds

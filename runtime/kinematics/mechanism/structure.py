@@ -246,20 +246,20 @@ class Assembly:
         """Motors (..., 8) in `frame`."""
         kind, scales, shift = self.frame_motor
         motor = self.algebra.wrap(kind, np.ascontiguousarray(motors, float))
-        return np.asarray((~shift * motor * shift).as_kind("motor", check=False).values / scales)
+        return np.asarray((~shift >> motor).values / scales)
 
     def motors_to_world(self, motors: Array) -> Array:
         """Motors (..., 8) of `frame` in the world."""
         kind, scales, shift = self.frame_motor
         motor = self.algebra.wrap(kind, np.ascontiguousarray(motors * scales))
-        return np.asarray((shift * motor * ~shift).as_kind("motor", check=False).values)
+        return np.asarray((shift >> motor).values)
 
     @property
     def frame_motor(self) -> tuple[Kind, Array, Multivector]:
         """Kind of motors, factors of their coefficients by the unit of `frame`, translation to its center."""
         kind = self.algebra.kind("motor")
         scales = self.frame.unit ** length_powers(self.algebra, kind.blades).astype(float)
-        return kind, scales, self.algebra.translator(self.frame.center)
+        return kind, scales, self.algebra.translator(self.frame.center).as_kind(kind, check=False)
 
     def twists_to_world(self, twists: Array) -> Multivector:
         """Twists (..., 6) of `frame` as multivectors in the world."""
