@@ -26,6 +26,7 @@ MACHINE_LACKS = (
     "root may",
     "shell scripts",
     "no gcc with libasan",
+    "no tsc",
     "no package example-robot-data",
     "no full bars",
     *(f"could not import '{peer}" for peer in _PEERS),

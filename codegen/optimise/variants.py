@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
 from threading import RLock
+from typing import Any
 
 from ..errors import SpecError, TraceError
 from ..ir.graph import Node, reachable
@@ -106,6 +107,10 @@ class Variant:
     def variant(self) -> Variant:
         """What is printed for an algorithm that calls it."""
         return self
+
+    def __call__(self, *arguments: Any) -> Any:
+        """The formula on numbers, where an algorithm runs as Python."""
+        return self.kernel.on_numbers_in_use(arguments)
 
     @cached_property
     def operations(self) -> Operations:

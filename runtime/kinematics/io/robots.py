@@ -40,19 +40,9 @@ def robot_model(robot: Robot, tip: str | None = None, root: str | None = None) -
     """
     start = robot.largest_part if root is None else root
     try:
-        end = most_moved(robot, start) if tip is None else tip
+        end = robot.most_moved(start) if tip is None else tip
         return ChainModel(robot, robot.chain(end, start), end, start)
     except InputError:
         if tip is not None:
             raise
     return MechanismModel(robot.mechanism(root=start), ())
-
-
-def most_moved(robot: Robot, root: str) -> str:
-    """The link with the most moving joints between it and a root above it; the last one of several."""
-    counts = {root: 0}
-    for joint in robot.joints_in_order:
-        if joint.parent in counts and joint.type not in ("ball", "planar", "floating"):
-            counts[joint.child] = counts[joint.parent] + (joint.type != "fixed")
-    most = max(counts.values())
-    return [name for name in robot.links if counts.get(name) == most][-1]  # behind what is welded to it

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.errors import InputError
+from ...codegen.export.options import describes_options
 from ...core.multivector import Multivector
 from ..trees.dynamics import JointDynamics
 from ..trees.tree import Tree
@@ -143,6 +145,38 @@ class Robot(PosedTree, JointDynamics):
             return chain.with_links(lumped_rows(self, owners, poses_at_zero, chain.joint_positions))
         except InputError as error:  # which matters to those alone who ask for forces
             return chain.with_links(None, (error.what, error.where, error.remedy))
+
+    @describes_options
+    def export(
+        self, language: str, folder: str | Path, name: str = "robot", *, tip: str | None = None,
+        root: str | None = None, dtype: str = "", split: bool = False,
+    ) -> list[Path]:  # fmt: skip
+        """Write the `chain` to a link as a source file that needs nothing of this package; see `Chain.export`.
+
+        What has loops is exported as a mechanism: ``robot.mechanism().export(language, folder, driven)``.
+
+        Parameters
+        ----------
+        {language}
+        {folder}
+        {name}
+        tip, root : str, optional
+            The links that are moved and fixed. Default: that behind most joints, and the root of the file, or of the
+            largest part that floats.
+        {dtype}
+        {split}
+
+        {files}
+
+        Raises
+        ------
+        InputError
+            If there is no such link or no such chain, or joints share coordinates.
+            {refusals}
+        """
+        start = self.largest_part if root is None else root
+        chain = self.chain(self.most_moved(start) if tip is None else tip, start)
+        return chain.export(language, folder, name, dtype=dtype, split=split)
 
     def _joint_twist(self, joint: RobotJoint) -> Multivector:
         """The twist of a joint in the child's frame."""

@@ -179,3 +179,13 @@ class LinkTree:
         counts = {part: sum(parts[j.child] == part and j.type in MOVING for j in self.joints.values()) for part in
                   dict.fromkeys(parts.values())}
         return self.root if counts[self.root] else max(counts, key=lambda part: counts[part])
+
+    def most_moved(self, root: str) -> str:
+        """The link with the most moving joints between it and a root above it; the last one of several."""
+        self.joints_to_root(root)  # a link that is there
+        counts = {root: 0}
+        for joint in self.joints_in_order:
+            if joint.parent in counts and joint.type not in ("ball", "planar", "floating"):
+                counts[joint.child] = counts[joint.parent] + (joint.type != "fixed")
+        most = max(counts.values())
+        return [name for name in self.links if counts.get(name) == most][-1]  # behind what is welded to it

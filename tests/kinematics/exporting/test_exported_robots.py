@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import bladesmith as bs
+from bladesmith.cli.main import run
 from bladesmith.errors import InputError
-from bladesmith.kinematics import Chain, DeltaRobot
+from bladesmith.kinematics import Chain, DeltaRobot, load_urdf
 from bladesmith.kinematics.io.reader import load_mechanism
+from bladesmith.kinematics.urdf.reader import urdf_example
 
 from ...support.checkout import CHECKOUT
 from ...support.export.shared import SharedLibrary
@@ -87,6 +90,24 @@ def test_exported_mechanism_has_the_bits_of_the_mechanism(file: str, tmp_path: P
     assert library("poses", wanted, start, motors, matrices) == 3
     if len(model.inputs) > 1:  # one leg much longer than the others
         assert library("poses", 50.0 * np.eye(len(model.inputs))[0], start, motors, matrices) in (1, 2)
+
+
+def test_robot_of_a_file_is_exported_as_its_chain(tmp_path: Path) -> None:
+    robot = load_urdf(urdf_example("arm"))
+    (path,) = robot.export("c99", tmp_path, "arm")
+    expected = path.read_text()
+    robot.chain("flange").export("c99", tmp_path, "arm")
+    assert path.read_text() == expected
+    shutil.copy(urdf_example("arm"), tmp_path / "arm.urdf")
+    assert run(["export", str(tmp_path / "arm.urdf"), "-l", "c99", "-o", str(tmp_path), "--tip", "flange"]) == 0
+    assert path.read_text() == expected
+    paths = robot.export("c99", tmp_path / "part", "part", tip="wrist_1", root="shoulder", dtype="float32", split=True)
+    assert [p.name for p in paths] == ["part.h", "part.c"]
+    assert "void part_matrix(const float q[3], float matrix[16]);" in paths[0].read_text()
+    for option in ({"tip": "nobody"}, {"root": "nobody"}, {"tip": "base"}, {"dtype": "int8"}):
+        with pytest.raises(InputError):
+            robot.export("c99", tmp_path / "new", **option)
+    assert not (tmp_path / "new").exists()
 
 
 @pytest.mark.parametrize("name", ["double", "9lives", "a b", "é", "", "a__b"])
