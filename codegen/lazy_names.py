@@ -35,7 +35,7 @@ def lazy_names(package: str, file: str, more: tuple[str, ...] = ()) -> tuple[Cal
         if name == "__all__":
             value: Any = names()
         elif name not in names() or name not in homes:
-            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+            raise AttributeError(f"module {package!r} has no attribute {name!r}{_suggest(name, names())}")
         else:
             module, original = homes[name]
             home = import_module(module, package) if module.strip(".") else None
@@ -47,6 +47,15 @@ def lazy_names(package: str, file: str, more: tuple[str, ...] = ()) -> tuple[Cal
         return value
 
     return find, names
+
+
+def _suggest(name: str, known: list[str]) -> str:
+    """The nearest public name in brackets; names of protocols, which are asked for often, are not misspelt."""
+    if name.startswith("_"):
+        return ""
+    from .errors import suggest
+
+    return suggest(name, known)
 
 
 def _imports(stub: str) -> dict[str, tuple[str, str]]:

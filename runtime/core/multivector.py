@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..codegen.algebra.algebra import Kind
 from ..codegen.algebra.blades import validated_identifier
 from ..codegen.algebra.loader import algebra_from_data
-from ..codegen.errors import BladeError, GradeError, InputError
+from ..codegen.errors import BladeError, GradeError, InputError, suggest
 from ..common.deprecation import renamed_attribute
 from ..common.dtypes import F64, as_precision
 from ..common.rich_display import Displayed
@@ -448,7 +448,8 @@ class Algebra(Constructors[Multivector]):
         try:
             return self.basis_blade(name)
         except BladeError as error:
-            raise AttributeError(f"{self.name} has no {name!r}, and it is not a blade: {error}") from None
+            near = suggest(name, [known for known in super().__dir__() if not known.startswith("_")])
+            raise AttributeError(f"{self.name} has no {name!r}{near}, and it is not a blade: {error}") from None
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *(self.blades.keys() if self.dimension <= DIRECTORY else [])]

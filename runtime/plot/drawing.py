@@ -17,7 +17,7 @@ from ..errors import InputError
 from . import axes_setup, matplotlib_import, palette
 from .glyphs import Drawable, Faces, Marks, Strokes
 from .input_groups import Group, ItemGroups, group_items
-from .tessellation import FARTHEST, Array, Box
+from .tessellation import FARTHEST, Array, Box, all_three
 from .view_box import automatic_box, extent_box
 
 if TYPE_CHECKING:
@@ -287,11 +287,11 @@ def _artist(ax: Axes3D, part: Strokes | Faces | Marks, width: float) -> Any:
     return artist
 
 
-def present(positions: Array, colors: palette.Rgba) -> tuple[Array, NDArray[Any]]:
-    """Drop marks, polylines and polygons that are not in view at all."""
-    visible = np.isfinite(positions).all(-1)
+def present(positions: Array, *rows: NDArray[Any]) -> tuple[NDArray[Any], ...]:
+    """Drop marks, polylines and polygons that are not in view at all, and their rows of colors and others."""
+    visible = all_three(np.isfinite(positions))
     if positions.ndim > 2:
         visible = visible.any(-1)
     if visible.all():
-        return positions, colors
-    return positions[visible], palette.take_rows(colors, np.flatnonzero(visible))
+        return positions, *rows
+    return positions[visible], *(palette.take_rows(table, np.flatnonzero(visible)) for table in rows)

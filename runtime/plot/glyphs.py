@@ -80,6 +80,8 @@ class Drawable:
         Spheres and planes as surfaces, not only as wires.
     coarse : bool
         Spheres of fewer faces, which are drawn sooner.
+    count : int
+        Number of objects among which they are drawn, the more the coarser. Default: those of the group.
     """
 
     group: Group
@@ -87,6 +89,7 @@ class Drawable:
     orientation: bool = False
     surface: bool = True
     coarse: bool = False
+    count: int = 0
 
     def bounding_points(self) -> Array:
         """Positions (m, 3) that bound finite objects; empty for lines and planes."""
@@ -114,7 +117,7 @@ class Drawable:
         return np.empty((0, 3))
 
     def outline(self, box: Box) -> list[Strokes | Faces | Marks]:
-        """Lines, surfaces and marks of the group in a view of this box."""
+        """Lines, surfaces and marks of the group in a box: as many rows for each object, in their order."""
         return _OUTLINE[self.group.sort](self, box, *self.group.parameters)
 
 
@@ -180,7 +183,7 @@ def _line(d: Drawable, box: Box, point: Array, direction: Array) -> list[Any]:
 
 
 def _circle(d: Drawable, box: Box, center: Array, normal: Array, radius: Array) -> list[Any]:
-    count = CIRCLE_SAMPLES if len(radius) <= MANY_CIRCLES else CIRCLE_SAMPLES_OF_MANY
+    count = CIRCLE_SAMPLES if (d.count or len(radius)) <= MANY_CIRCLES else CIRCLE_SAMPLES_OF_MANY
     rings = tessellation.circles(center, normal, radius, count, box)
     parts = [Strokes(_inside(box, rings), d.colors)]
     if d.orientation:  # an arrow head on the circle, in its sense of rotation, and an arrow for its normal
@@ -206,19 +209,20 @@ def _plane(d: Drawable, box: Box, normal: Array, offset: Array) -> list[Any]:
 
 
 def _sphere(d: Drawable, box: Box, center: Array, radius: Array, orientation: Array) -> list[Any]:
-    mesh = next(((r, s) for most, r, s in SPHERE_MESHES[d.coarse :] if len(radius) <= most), None)
-    great = [
-        tessellation.circles(center, np.broadcast_to(axis, center.shape), radius, CIRCLE_SAMPLES_OF_MANY)
-        for axis in np.eye(3)[:: -1 if mesh is None or not d.surface else -3]
-    ]
-    parts: list[Any] = [Strokes(_inside(box, np.concatenate(great)), _tile_rows(d.colors, len(great)), 0.6)]
+    mesh = next(((r, s) for most, r, s in SPHERE_MESHES[d.coarse :] if (d.count or len(radius)) <= most), None)
+    axes = (2, 1, 0) if mesh is None or not d.surface else (2,)
+    great = tessellation.scaled(tessellation.great_circles(axes, CIRCLE_SAMPLES_OF_MANY), center, radius)
+    rings = great.reshape(-1, *great.shape[2:])
+    parts: list[Any] = [Strokes(_inside(box, rings), _repeat_rows(d.colors, len(axes)), 0.6)]
     if d.surface and mesh is not None:
-        faces, normals = tessellation.sphere_mesh(center, radius, *mesh)
+        quads, normals = tessellation.unit_sphere(*mesh)
+        faces = tessellation.scaled(quads, center, radius).reshape(-1, 4, 3)
         light = SHADE + (1 - SHADE) * np.clip(normals @ LIGHT, 0, 1)
-        rows = np.array(np.broadcast_to(_repeat_rows(d.colors, mesh[0] * mesh[1]), (len(faces), 4)))
-        rows[:, :3] *= light[:, None]
+        rows = np.repeat(np.broadcast_to(d.colors, (len(radius), 4)), len(quads), 0)
+        rows[:, :3] *= np.tile(light, len(radius))[:, None]
         visible = box.contains(faces).all(-1)
-        parts.append(Faces(faces[visible], palette.with_opacity(rows[visible], SURFACE_OPACITY)))
+        seen = faces if visible.all() else np.where(visible[:, None, None], faces, np.nan)
+        parts.append(Faces(seen, palette.with_opacity(rows, SURFACE_OPACITY)))
     if d.orientation:  # out of, or into, the north pole
         pole = center + radius[:, None] * np.array([0.0, 0.0, 1.0])
         step = ARROW * box.size * orientation[:, None] * np.array([0.0, 0.0, 1.0])
@@ -245,8 +249,3 @@ _OUTLINE: dict[str, Callable[..., list[Any]]] = {
 def _repeat_rows(rows: NDArray[Any], times: int) -> NDArray[Any]:
     """Repeat the color of each item for consecutive parts."""
     return rows if len(rows) == 1 else np.repeat(rows, times, 0)
-
-
-def _tile_rows(rows: NDArray[Any], times: int) -> NDArray[Any]:
-    """Repeat all colors for each set of parts."""
-    return rows if len(rows) == 1 else np.tile(rows, (times, 1))

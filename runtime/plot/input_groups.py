@@ -92,15 +92,17 @@ def _sequence(things: Any, samples: int | None) -> ItemGroups:
 
 
 def _merge_groups(groups: list[Group]) -> list[Group]:
-    """Merge groups of the same kind."""
+    """Merge groups of the same kind; items in their order."""
     merged = []
     for sort in dict.fromkeys(g.sort for g in groups):
         members = [g for g in groups if g.sort == sort]
-        if sort == "path":  # of different lengths
+        if sort == "path" or len(members) == 1:  # paths are of different lengths
             merged += members
             continue
-        parameters = tuple(np.concatenate(rows) for rows in zip(*(g.parameters for g in members), strict=True))
-        merged.append(Group(sort, parameters, np.concatenate([g.indices for g in members])))
+        indices = np.concatenate([g.indices for g in members])
+        order = indices.argsort()
+        parameters = (np.concatenate(rows)[order] for rows in zip(*(g.parameters for g in members), strict=True))
+        merged.append(Group(sort, tuple(parameters), indices[order]))
     return merged
 
 
@@ -114,10 +116,12 @@ def _positions(xyz: NDArray[Any]) -> ItemGroups:
 def _finite(sort: str, parameters: Any, indices: Any, count: int, skipped: Counter[str]) -> ItemGroups:
     """Make one group, without items that are not finite, or too large or too far for a picture."""
     flat = np.concatenate([rows.reshape(len(indices), int(np.prod(rows.shape[1:]))) for rows in parameters], axis=1)
-    finite = np.isfinite(flat).all(-1)
     usable = np.asarray((np.abs(flat) <= FARTHEST).all(-1))
     if sort == "plane":
         usable &= parameters[0].any(-1)  # a huge sphere may become a plane without a normal by rounding
+    if usable.all() and count:
+        return ItemGroups([Group(sort, tuple(parameters), indices)], count, skipped)
+    finite = np.isfinite(flat).all(-1)
     for name, items in (("not finite", ~finite), ("too far", finite & ~usable)):
         if items.any():
             skipped = skipped + Counter({name: int(items.sum())})

@@ -5,39 +5,32 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..common.validation import as_int, as_pair, real_array
 from ..errors import InputError, MissingExtraError
-from . import axes_setup, drawing, palette
-from .glyphs import Drawable, Faces, Marks, Strokes
-from .input_groups import group_items, is_curve
-from .style import shade_triangles
+from . import axes_setup, palette
+from .input_groups import is_curve
+from .packing import PackedObjects, Part, drawables, is_mesh, vertices
 from .tessellation import Array, Box
 from .view_box import automatic_box, extent_box
 
 if TYPE_CHECKING:
     from .widget import InteractiveFigure
 
-#: Objects drawn along each segment of a curve: fewer than in still pictures.
-SAMPLES = 24
 #: Room for what moves around what is there at first, relative to it.
 ROOM = 0.25
 #: Height of a figure in pixels, and its bounds.
 HEIGHT, HEIGHTS = 420, (50, 4000)
-#: Pixels of a point of line width.
-PIXELS = 1.4
-#: Radius of points, in widths of lines.
-RADIUS = 1.6
-KINDS = {Strokes: "strokes", Faces: "faces", Marks: "marks"}
 
 
 @dataclass(frozen=True)
 class Interaction:
-    """What is shown, and what changes it: from the values of sliders and points to binary parts of a picture.
+    """What changes a picture: from the values of sliders and points to objects, and to their parts.
 
     Attributes
     ----------
@@ -46,14 +39,11 @@ class Interaction:
     sliders : dict of str to (low, high, start)
     points : dict of str to array (3,)
         Where they are at first.
-    box : Box
-        What is shown, about its center.
     """
 
     function: Callable[..., Any]
     sliders: Mapping[str, tuple[float, float, float]]
     points: Mapping[str, Array]
-    box: Box = field(default_factory=lambda: Box(-np.ones(3), np.ones(3)))
 
     @property
     def inputs(self) -> dict[str, Any]:
@@ -64,12 +54,11 @@ class Interaction:
             "points": {name: xyz.tolist() for name, xyz in self.points.items()},
         }
 
-    @property
-    def setup(self) -> dict[str, Any]:
+    def setup(self, box: Box) -> dict[str, Any]:
         """What does not change: the box, and what can be moved."""
-        half = (self.box.high - self.box.low) / 2
+        half = (box.high - box.low) / 2
         return {
-            "half": half.tolist(), "center": self.box.center.tolist(), "size": 2 * float(np.linalg.norm(half)),
+            "half": half.tolist(), "center": box.center.tolist(), "size": 2 * float(np.linalg.norm(half)),
             "sliders": [{"name": name, "low": low, "high": high} for name, (low, high, _) in self.sliders.items()],
             "points": list(self.points),
         }  # fmt: skip
@@ -90,46 +79,21 @@ class Interaction:
         found = self.function(**given)
         return list(found) if isinstance(found, list | tuple) else [found]
 
-    def parts(self, things: Sequence[Any]) -> list[dict[str, Any]]:
-        """The parts of the picture: positions about the center of the box, float32, and colors, uint8."""
-        found = []
-        for thing, color in zip(things, _colors(len(things)), strict=True):
-            outlines: list[Strokes | Faces | Marks] = []
-            if _is_mesh(thing):
-                triangles = _vertices(thing)[np.asarray(thing.faces)]
-                outlines.append(Faces(triangles, shade_triangles(triangles, color, 1.0)))
-            else:
-                outlines += [part for drawable in _drawables(thing, color) for part in drawable.outline(self.box)]
-            found += [part for outline in outlines if (part := self._part(outline)) is not None]
-        return found
+    def answer(self, picture: PackedObjects, inputs: Mapping[str, Any]) -> tuple[dict[str, Any], list[list[Part]]]:
+        """The answer to these values: how many objects there are, and the parts of each.
 
-    def _part(self, part: Strokes | Faces | Marks) -> dict[str, Any] | None:
-        positions, colors = drawing.present(part.positions, part.colors)
-        if not len(positions):
-            return None
-        relative = np.ascontiguousarray(positions - self.box.center, "<f4")
-        size = (
-            PIXELS
-            * drawing.WIDTH
-            * (part.width if isinstance(part, Strokes) else RADIUS * part.size if isinstance(part, Marks) else 0)
-        )
-        return {
-            "kind": KINDS[type(part)], "count": len(positions), "size": size,
-            "corners": 1 if positions.ndim == 2 else positions.shape[1],
-            "positions": relative.tobytes(), "colors": np.rint(255 * colors).astype(np.uint8).tobytes(),
-        }  # fmt: skip
-
-    def frame(self, inputs: Mapping[str, Any]) -> dict[str, Any]:
-        """The answer to these values: parts, or the text of the error; with the number of the question."""
-        begin, parts, error = time.perf_counter(), [], ""
+        After an error its text, and the objects as they were.
+        """
+        begin, error = time.perf_counter(), ""
         try:
-            parts = self.parts(self.things(inputs))
+            picture.update(self.things(inputs))
         except Exception as failure:  # the user's function may do anything: the figure says what, and lives on
             error = f"{type(failure).__name__}: {failure}"
-        return {
-            "number": inputs.get("number", 0), "parts": parts, "error": error,
+        frame = {
+            "number": inputs.get("number", 0), "objects": len(picture.parts), "error": error,
             "milliseconds": 1e3 * (time.perf_counter() - begin),
         }  # fmt: skip
+        return frame, picture.parts
 
 
 def show(
@@ -186,48 +150,26 @@ def show(
     elevation, azimuth = as_pair(view, "view")
     height = as_int(height, "height", *HEIGHTS)
     box = _box(found, extent)
-    found = Interaction(found.function, found.sliders, found.points, box)
     try:
         from .widget import InteractiveFigure
     except ImportError:
         raise MissingExtraError("notebook", "An interactive figure") from None
-    setup = {**found.setup, "view": [float(elevation), float(azimuth)], "height": height}
-    return InteractiveFigure(setup, found.inputs, found.frame)
+    setup = {**found.setup(box), "view": [float(elevation), float(azimuth)], "height": height}
+    return InteractiveFigure(setup, found.inputs, partial(found.answer, PackedObjects(box)))
 
 
 def _box(found: Interaction, extent: Any) -> Box:
-    things = found.things(found.inputs)
-    drawables = []
-    for thing, color in zip(things, _colors(len(things)), strict=True):
-        positions = _vertices(thing) if _is_mesh(thing) else None
-        drawables += _drawables(thing if positions is None else positions, color)
-    for xyz in found.points.values():
-        drawables += _drawables(xyz[None], palette.INK)
+    things = [vertices(x) if is_mesh(x) else x for x in found.things(found.inputs)]
+    things += [xyz[None] for xyz in found.points.values()]
+    ink = palette.per_item(None, 1, palette.INK)
+    groups = [drawable for thing in things for drawable in drawables(thing, ink)]
     if extent is not None:
         return extent_box(extent)
-    box = automatic_box(drawables)
+    box = automatic_box(groups)
     if box is None:
         raise InputError("there is nothing to draw: no object is real and finite.")
     room = ROOM * (box.high - box.low)
     return Box(box.low - room, box.high + room)
-
-
-def _drawables(thing: Any, color: str) -> list[Drawable]:
-    part = group_items(thing, SAMPLES)
-    rows = palette.per_item(part.values, part.count, color)
-    return [Drawable(group, palette.take_rows(rows, group.indices), coarse=True) for group in part.groups]
-
-
-def _colors(count: int) -> list[str]:
-    return [palette.SERIES[i % len(palette.SERIES)] for i in range(count)]
-
-
-def _is_mesh(thing: Any) -> bool:
-    return hasattr(thing, "vertices") and hasattr(thing, "faces")
-
-
-def _vertices(mesh: Any) -> Array:
-    return np.asarray(mesh.vertices, float)
 
 
 def _name(name: Any) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -61,9 +62,8 @@ def per_item(color: Any, count: int, default: str) -> Rgba:
 
 def classes(labels: Any) -> Rgba:
     """Rows for integer labels: the colors of the palette in cyclic order, gray for negative labels."""
-    table = np.array([_to_rgba(c) for c in (*SERIES, GREY)])
     labels = np.asarray(labels, int)
-    return np.asarray(table[np.where(labels < 0, len(SERIES), labels % len(SERIES))])
+    return np.asarray(_table((*SERIES, GREY))[np.where(labels < 0, len(SERIES), labels % len(SERIES))])
 
 
 def ramp(values: Any) -> Rgba:
@@ -73,8 +73,7 @@ def ramp(values: Any) -> Rgba:
     values = np.where(finite, values, 0.0) / 2  # the difference of any two does not overflow
     low, high = (float(values[finite].min()), float(values[finite].max())) if finite.any() else (0.0, 1.0)
     position = np.where(finite, values - low, 0.0) / ((high - low) or 1.0) * (len(RAMP) - 1)
-    table = np.array([_to_rgba(c) for c in RAMP])
-    rows = np.stack([np.interp(position, np.arange(len(RAMP)), column) for column in table.T], -1)
+    rows = np.stack([np.interp(position, np.arange(len(RAMP)), column) for column in _table(RAMP).T], -1)
     rows[~finite] = _to_rgba(GREY)
     return rows
 
@@ -87,6 +86,11 @@ def with_opacity(rows: Rgba, opacity: float) -> Rgba:
 def take_rows(rows: Rgba, indices: NDArray[np.intp]) -> Rgba:
     """Rows of selected items."""
     return rows if len(rows) == 1 else rows[indices]
+
+
+@lru_cache(maxsize=2)
+def _table(colors: tuple[str, ...]) -> Rgba:
+    return np.array([_to_rgba(color) for color in colors])
 
 
 def _to_rgba(color: Any) -> Rgba:

@@ -10,6 +10,9 @@ import traitlets
 
 from ..codegen.targets.templates import template_text
 
+#: From inputs to the frame, and the parts of each object.
+Answer = Callable[[Mapping[str, Any]], tuple[dict[str, Any], list[list[dict[str, Any]]]]]
+
 
 class InteractiveFigure(anywidget.AnyWidget):
     """A figure whose sliders and points call a function; made by `show`.
@@ -25,11 +28,21 @@ class InteractiveFigure(anywidget.AnyWidget):
     inputs = traitlets.Dict().tag(sync=True)
     frame = traitlets.Dict().tag(sync=True)
 
-    def __init__(
-        self,
-        setup: Mapping[str, Any],
-        inputs: Mapping[str, Any],
-        answer: Callable[[Mapping[str, Any]], dict[str, Any]],
-    ) -> None:
-        super().__init__(setup=dict(setup), inputs=dict(inputs), frame=answer(inputs))
-        self.observe(lambda change: setattr(self, "frame", answer(change["new"])), "inputs")
+    def __init__(self, setup: Mapping[str, Any], inputs: Mapping[str, Any], answer: Answer) -> None:
+        super().__init__(setup=dict(setup), inputs=dict(inputs))
+        self._answer = answer
+        self._show(inputs)
+        self.observe(lambda change: self._show(change["new"]), "inputs")
+
+    def _show(self, inputs: Mapping[str, Any]) -> None:
+        """Answer: each object is a trait ``object<i>``, so that one that is as it was is not sent again."""
+        frame, objects = self._answer(inputs)
+        with self.hold_sync():
+            parts = {f"object{i}": inside for i, inside in enumerate(objects)}
+            parts.update((f"object{i}", []) for i in range(len(objects), self.frame.get("objects", 0)))
+            if new := {name: traitlets.Any(()).tag(sync=True) for name in parts if not self.has_trait(name)}:
+                self.add_traits(**new)  # a class of its own: never without need
+            for name, value in parts.items():
+                if getattr(self, name) is not value:
+                    setattr(self, name, value)
+            self.frame = frame

@@ -1,10 +1,11 @@
 // The front end of `bladesmith.plot.show`, after stage.js: draws what Python sends, and sends sliders and dragged points back.
 // One question is on the way at a time; what the reader does meanwhile goes into the next one.
+// Each object is a value of the model of its own, which is sent only when it has changed.
 const REACH = 16, HANDLE = 7;
 
-function decoded(frame) {
+function decoded(parts) {
   const array = (view, Type) => new Type(view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength));
-  return frame.parts.map((part) => {
+  return parts.map((part) => {
     const rows = array(part.colors, Uint8Array), colors = [];
     for (let i = 0; i < rows.length; i += 4) colors.push(`rgba(${rows[i]},${rows[i + 1]},${rows[i + 2]},${rows[i + 3] / 255})`);
     return { ...part, positions: array(part.positions, Float32Array), colors, clear: rows[3] < 255 };
@@ -21,7 +22,12 @@ function render({ model, el }) {
   el.append(canvas, controls, note);
 
   const inputs = structuredClone(model.get("inputs"));
-  let frame = model.get("frame"), parts = decoded(frame), waiting = false, changed = false, drawn = 0, shown = -1;
+  let frame = model.get("frame"), objects = [], waiting = false, changed = false, drawn = 0, shown = -1;
+  function read() {  // an object that was not sent again is as it was decoded
+    const known = (i) => { const sent = model.get(`object${i}`); return objects[i]?.sent === sent ? objects[i] : { sent, parts: decoded(sent) }; };
+    objects = Array.from({ length: frame.objects }, (_, i) => known(i));
+  }
+  read();
   function send() {
     changed = waiting;
     if (waiting) return;
@@ -32,7 +38,7 @@ function render({ model, el }) {
   }
   function receive() {
     frame = model.get("frame");
-    if (frame.parts.length || !frame.error) parts = decoded(frame);  // an error leaves the last picture
+    read();
     note.textContent = frame.error;
     if (frame.number >= inputs.number) {
       inputs.number = frame.number;
@@ -55,7 +61,7 @@ function render({ model, el }) {
 
   const placed = (name) => stage.project(...inputs.points[name].map((x, k) => x - setup.center[k]));
   function paint(list, ratio) {
-    for (const { kind, count, corners, positions, colors, size, clear } of parts) {
+    for (const { kind, count, corners, positions, colors, size, clear } of objects.flatMap((object) => object.parts)) {
       const color = (i) => colors[colors.length === 1 ? 0 : i];
       for (let i = 0; i < count; i++) {
         if (kind === "strokes") stage.addLine(list, positions, corners * i, corners * (i + 1), color(i), size * ratio);

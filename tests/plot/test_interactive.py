@@ -11,6 +11,7 @@ import pytest
 
 from bladesmith import cga3d as cga
 from bladesmith import curves, errors, plot, tracer
+from bladesmith.plot import packing, palette, tessellation
 
 from ..support.browser import Chromium, browser
 
@@ -39,8 +40,12 @@ def make_funnel() -> Any:
     return plot.show(funnel, sliders={"alpha": (0, 1)}, points={"middle": (0.3, 0, 1.5)})
 
 
+def parts(widget: Any) -> list[dict[str, Any]]:
+    return [part for i in range(widget.frame["objects"]) for part in getattr(widget, f"object{i}")]
+
+
 def positions(widget: Any, kind: str) -> np.ndarray:
-    (part,) = (p for p in widget.frame["parts"] if p["kind"] == kind)
+    (part,) = (p for p in parts(widget) if p["kind"] == kind)
     flat = np.frombuffer(part["positions"], "<f4").reshape(part["count"], part["corners"], 3)
     return flat + np.array(widget.setup["center"])
 
@@ -73,9 +78,10 @@ def test_an_error_of_the_function_is_shown_and_forgotten() -> None:
 
     widget = plot.show(fragile, sliders={"a": (0, 1, 0.2)})
     answer = ask(widget, 1, sliders={"a": 0.9})
-    assert answer["error"] == "ValueError: too large" and answer["parts"] == []
-    assert "finite" in ask(widget, 2, sliders={"a": float("nan")})["error"]
-    assert ask(widget, 3, sliders={"a": 0.1})["parts"]
+    before = parts(widget)
+    assert answer["error"] == "ValueError: too large" and len(before) == 1
+    assert "finite" in ask(widget, 2, sliders={"a": float("nan")})["error"] and parts(widget) == before
+    assert ask(widget, 3, sliders={"a": 0.1})["error"] == "" and parts(widget) != before
 
 
 @pytest.mark.parametrize(
@@ -101,8 +107,54 @@ def test_bad_input(call: Any, message: str) -> None:
 def test_objects_alone_and_curves_are_shown() -> None:
     circles = cga.circle([(0, 0, 0), (0, 0, 2)], (0, 0, 1), [1.0, 2.0])
     widget = plot.show(curves.Bezier(circles), np.eye(3), extent=4.0)
-    assert {part["kind"] for part in widget.frame["parts"]} == {"strokes", "marks"}
+    assert {part["kind"] for part in parts(widget)} == {"strokes", "marks"}
     assert widget.setup["half"] == [4.0, 4.0, 4.0] and widget.setup["sliders"] == []
+
+
+def test_only_what_changed_is_made_and_sent_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An object that is as it was is neither read nor sent; one that is gone, goes; what is undone is sent again."""
+    still = cga.sphere((0, 0, 0), 1.0)
+
+    def scene(a: Any, n: float) -> list[Any]:
+        return [cga.circle(a, (0, 0, 1), 1.0), still, cga.circle((0, 0, 0), (0, 0, 1), 2.0), cga.point(a)][: int(n)]
+
+    widget = plot.show(scene, sliders={"n": (1, 4, 4)}, points={"a": (1, 0, 0)}, extent=5)
+    sent: list[set[str]] = []
+    monkeypatch.setattr(widget, "_send", lambda message, buffers=(): sent.append(set(message["state"]) - {"frame"}))
+    first = [getattr(widget, f"object{i}") for i in range(4)]
+    sizes: list[int] = []
+    read = packing.group_items
+    monkeypatch.setattr(packing, "group_items", lambda x, samples: sizes.append(x.size) or read(x, samples))
+    assert ask(widget, 1, points={"a": [0, 1, 0]})["objects"] == 4
+    assert {"object0", "object3"} in sent and not any("object1" in names or "object2" in names for names in sent)
+    assert sorted(sizes) == [1, 1] and widget.object1 is first[1]
+    sent.clear()
+    ask(widget, 2, points={"a": [1, 0, 0]})  # undone
+    assert {"object0", "object3"} in sent and [getattr(widget, f"object{i}") for i in range(4)] == first
+    assert ask(widget, 3, sliders={"n": 1.5})["objects"] == 1 and len(parts(widget)) == 1
+    assert widget.object1 == widget.object2 == widget.object3 == []
+    assert ask(widget, 4, sliders={"n": 4.0})["objects"] == 4
+    assert [getattr(widget, f"object{i}") for i in range(4)] == first
+
+
+def test_objects_of_one_type_are_drawn_as_each_alone() -> None:
+    """Single objects are read and outlined together; what each becomes is what it is by itself, of its own color."""
+    rng = np.random.default_rng(5)
+    centers = rng.uniform(-1, 1, (70, 3))
+    several = [
+        f(c) for c in centers for f in (lambda c: cga.sphere(c, 1.5), lambda c: cga.circle(c, c, 0.5), cga.point)
+    ]
+    box = tessellation.Box(-2 * np.ones(3), 2 * np.ones(3))
+    together = packing.PackedObjects(box)
+    together.update(several)
+    for i in (0, 1, 2, 100, 101, 208):
+        alone = packing.PackedObjects(box)
+        alone.update([several[0]] * (i % len(palette.SERIES)) + [several[i]])
+        assert len(alone.parts[-1]) == len(together.parts[i]) > 0
+        for a, b in zip(alone.parts[-1], together.parts[i], strict=True):
+            assert {**a, "colors": 0} == {**b, "colors": 0} and (a["kind"] == "strokes") == (b["kind"] == "strokes")
+            shades = [np.frombuffer(p["colors"], np.uint8).reshape(-1, 4) for p in (a, b)]
+            assert (np.broadcast_to(shades[0], shades[1].shape) == shades[1]).all()
 
 
 @pytest.mark.slow

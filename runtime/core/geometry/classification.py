@@ -7,6 +7,7 @@ middle.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -57,6 +58,10 @@ def _by_grade(algebra: Algebra, x: Multivector, named: Any) -> str | NDArray[np.
         raise AlgebraMismatchError(f"x belongs to {x.algebra.name}, not to {algebra.name}.")
     own = x.reshape(-1)
     flat = normalize_exponents(own)[0]
+    if x.kind.name in KNOWN and x.kind.constraints:
+        names = _names_by_kind(flat)
+        names[~np.isfinite(flat._data).all(-1)] = "invalid"
+        return _shaped(names, x)
     limit = tolerance(x.dtype)
     with np.errstate(all="ignore"):
         sizes = np.stack([np.abs(flat.grade(g)._data).sum(-1) for g in x.grades], -1)
@@ -65,10 +70,6 @@ def _by_grade(algebra: Algebra, x: Multivector, named: Any) -> str | NDArray[np.
     names = np.full(flat.shape, NOT_A_BLADE, object)
     names[~np.isfinite(total)] = "invalid"
     names[total == 0] = "zero"
-    known = _names_by_kind(flat) if x.kind.name in KNOWN and x.kind.constraints else None
-    if known is not None:
-        names = np.where(np.isfinite(total), known, names).astype(object)
-        return str(names[0]) if not x.shape else names.reshape(x.shape).astype(str)
     single = np.isfinite(total) & (present.sum(-1) == 1)
     for i, g in enumerate(x.grades):
         mine = single & present[:, i]
@@ -78,7 +79,11 @@ def _by_grade(algebra: Algebra, x: Multivector, named: Any) -> str | NDArray[np.
     several = np.isfinite(total) & (present.sum(-1) > 1)
     if several.any() and all(g % 2 == 0 for g in x.grades):
         names[several] = _motions(algebra, own[several], flat[several])
-    return str(names[0]) if not x.shape else names.reshape(x.shape).astype(str)
+    return _shaped(names, x)
+
+
+def _shaped(names: Names, x: Multivector) -> str | NDArray[np.str_]:
+    return names.reshape(x.shape).astype(str) if x.shape else str(names[0])
 
 
 def _names_by_kind(x: Multivector) -> Names:
@@ -89,10 +94,15 @@ def _names_by_kind(x: Multivector) -> Names:
     names = np.full(x.shape, x.kind.name.replace("_", " "), object)
     flat = FLAT_LIMITS.get(x.kind.name)
     if flat is not None:
-        curved = (x ^ x.algebra.ni)._data
+        curved = (x ^ _infinity(x.algebra))._data
         is_flat = np.abs(curved).sum(-1) <= float(np.finfo(x.dtype).eps)
         names[is_flat] = flat
     return names
+
+
+@lru_cache(maxsize=4)
+def _infinity(algebra: Algebra) -> Multivector:
+    return algebra.basis_blade("ni")
 
 
 def _conformal_grade(algebra: Algebra, x: Multivector, g: int, limit: float) -> Names:

@@ -54,14 +54,16 @@ class WidgetPage:
         page.write_text(_PAGE % module, encoding="utf-8")
         chromium.call("Runtime.addBinding", name="toPython")
         chromium.open(page)
-        self._send(("setup", "inputs", "frame"))
+        values, paths, buffers = _remove_buffers({n: getattr(widget, n) for n in widget.keys if not n.startswith("_")})
+        self._send({"state": values, "buffer_paths": paths}, buffers)
         chromium.value("begin()")
+        widget._send = self._send
 
-    def _send(self, names: tuple[str, ...]) -> None:
-        values, paths, buffers = _remove_buffers({name: getattr(self.widget, name) for name in names})
+    def _send(self, message: Any, buffers: Any = ()) -> None:
+        """What the widget sends, to the page."""
         texts = [base64.b64encode(b).decode("ascii") for b in buffers]
-        told = json.dumps({"values": values, "paths": paths, "buffers": texts})
-        self.chromium.value(f"receive({told})")
+        sent = json.dumps({"values": message["state"], "paths": message["buffer_paths"], "buffers": texts}, default=str)
+        self.chromium.value(f"receive({sent})")
 
     def attend(self) -> int:
         """Answer what the page has asked so far; the number of answers."""
@@ -69,7 +71,6 @@ class WidgetPage:
         self.chromium.events = [e for e in self.chromium.events if e.get("method") != "Runtime.bindingCalled"]
         for event in calls:
             self.widget.set_state(json.loads(event["params"]["payload"]))
-            self._send(("frame",))
         self.answers += len(calls)
         return len(calls)
 
