@@ -188,9 +188,9 @@ class Document(Generic[M]):
     def _first_fault(self, error: ValidationError) -> InputError:
         """The fault that stands first in the file, of the first `MOST_FAULTS`; the others are counted."""
         index = self._index()
-        faults = []
-        for detail in error.errors(include_url=False)[:MOST_FAULTS]:
-            path, what = explain_fault(self._model, dict(detail), self.data)
+        faults, details = [], error.errors(include_url=False)[:MOST_FAULTS]
+        for detail in details:
+            path, what = explain_fault(self._model, dict(detail), self.data, details)
             # a misspelt key comes before the missing one that it causes
             faults.append((detail["type"] == "missing", line_of(index, path) or 0, what))
         _, line, what = min(faults)

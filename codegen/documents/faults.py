@@ -21,7 +21,9 @@ def dotted_path(path: Path) -> str:
     return "".join(parts).removeprefix(".")
 
 
-def explain_fault(model: type[BaseModel], detail: dict[str, Any], data: Any) -> tuple[Path, str]:
+def explain_fault(
+    model: type[BaseModel], detail: dict[str, Any], data: Any, others: Sequence[Any] = ()
+) -> tuple[Path, str]:
     """Path of a fault in the file, and a sentence about it.
 
     Parameters
@@ -32,6 +34,8 @@ def explain_fault(model: type[BaseModel], detail: dict[str, Any], data: Any) -> 
         One item of `ValidationError.errors()`.
     data
         The whole file's contents.
+    others
+        All of these items: each entry that an array lacks is one of its own.
     """
     path = _path_in(data, detail["loc"])
     context, kind = detail.get("ctx", {}), detail["type"]
@@ -39,7 +43,8 @@ def explain_fault(model: type[BaseModel], detail: dict[str, Any], data: Any) -> 
         path = path[:-1]  # a member's name, of a union, behind the table that breaks a rule of its own
     key, value = dotted_path(path), detail["input"]
     if kind == "missing":
-        return path, _missing(path, data)
+        lacks = [x["loc"][-1] for x in others if x["type"] == kind and x["loc"][:-1] == detail["loc"][:-1]]
+        return path, _missing(path, data, lacks)
     if kind == "extra_forbidden":
         return path, f"{key} is not a {_valid_keys(model, detail['loc'], str(path[-1]))}"
     if kind == "union_tag_not_found":
@@ -90,10 +95,13 @@ def _quoted_words(text: str) -> list[str]:
     return re.findall(r"'([^']*)'", text)
 
 
-def _missing(path: Path, data: Any) -> str:
+def _missing(path: Path, data: Any, lacks: Sequence[Any]) -> str:
     parent, last = path[:-1], path[-1]
     if isinstance(last, int):
-        return f"{dotted_path(parent)} has {len(_value_at(data, parent))} items, which is too few"
+        items = _value_at(data, parent)
+        nouns = {_ITEMS.get(type(x).__name__, "items") for x in items}
+        noun = nouns.pop() if len(nouns) == 1 else "items"
+        return f"{dotted_path(parent)} has {len(items)} where {max([last, *lacks]) + 1} {noun} are needed"
     return f"{dotted_path(parent)} has no {last}, which is required" if parent else f"{last} is missing"
 
 
@@ -116,6 +124,10 @@ _TYPES = {
     "model": "a table is needed",
     "model_attributes": "a table is needed",
 }
+
+
+#: What the items of an array are, by the class of those that are there.
+_ITEMS = {"float": "numbers", "int": "numbers", "str": "texts", "list": "arrays", "dict": "tables"}
 
 
 def _rule(kind: str, context: dict[str, Any], path: Path, message: str) -> str:

@@ -127,7 +127,7 @@ feedback: Decorator = click.option(
 # -- files that commands write ------------------------------------------------------------------------------
 
 
-def check_outputs(outputs: Sequence[Path], inputs: Sequence[Path], name: str) -> None:
+def check_outputs(outputs: Sequence[Path], inputs: Sequence[Path], name: str, more: str = "") -> None:
     """Refuse what could not be written.
 
     Parameters
@@ -138,6 +138,8 @@ def check_outputs(outputs: Sequence[Path], inputs: Sequence[Path], name: str) ->
         Files that are read, and stay.
     name : str
         What one of them is called, such as "the simulation file".
+    more : str
+        Which names options choose by themselves, for the error of two that are alike.
 
     Raises
     ------
@@ -157,7 +159,7 @@ def check_outputs(outputs: Sequence[Path], inputs: Sequence[Path], name: str) ->
     absolute = [output.absolute() for output in outputs]
     for i, output in enumerate(absolute):
         if output in absolute[:i]:
-            raise InputError("two results have this name.", where=str(outputs[i]))
+            raise InputError("two results have this name.", where=str(outputs[i]), remedy=f"Give each its own{more}")
 
 
 def partial_name(output: Path) -> Path:

@@ -81,7 +81,8 @@ def _check(
         check_suffix(path)
     for path in films:
         animation.checked_name(path)
-    options.check_outputs([*paths, *pictures, *films], [body], "the simulation file")
+    beside = "; --plot writes a .png beside the first output"
+    options.check_outputs([*paths, *pictures, *films], [body], "the simulation file", beside)
     for name, value in (("--speed", speed), ("--rate", rate)):
         if value is not None:
             positive_float(value, name)

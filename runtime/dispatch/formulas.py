@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..codegen.algebra.algebra import Kind, numbers, scalar_argument
-from ..codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, TraceError
+from ..codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, ShapeError, TraceError
 from ..codegen.execute.arrays import READY
 from ..codegen.trace.result_kinds import belongs
 from ..common.dtypes import F64, common_precision
@@ -107,11 +107,32 @@ def evaluate_batch(algebra: TypedAlgebra, formula: str, *operands: MultivectorDa
     ]
     own = [x.value if isinstance(x, ArrayOperand) else data for x, data in zip(operands, given, strict=True)]
     dtype = common_precision(*own)
-    results = found.run(*(data if data.dtype == dtype else data.astype(dtype) for data in given))
+    try:
+        results = found.run(*(data if data.dtype == dtype else data.astype(dtype) for data in given))
+    except ShapeError:
+        _check_batches(algebra, formula, operands)
+        raise
     items = results if isinstance(results, tuple) else (results,)
     code = next((v for v, o in zip(items, found.outputs, strict=True) if o.is_status), None)
     values = tuple(_value(algebra, v, o, code) for v, o in zip(items, found.outputs, strict=True) if not o.is_status)
     return FormulaResult(values, code)
+
+
+def _check_batches(
+    algebra: TypedAlgebra, formula: str, operands: Sequence[MultivectorData | ArrayOperand]
+) -> None:
+    """Raise if the operands' batches do not broadcast, with their names and shapes as the user gave them."""
+    shapes = [np.shape(x.value) if isinstance(x, ArrayOperand) else x.shape for x in operands]
+    leads = [s[:-1] if isinstance(x, ArrayOperand) and x.key else s for x, s in zip(operands, shapes, strict=True)]
+    try:
+        np.broadcast_shapes(*leads)
+    except ValueError:
+        names = [x.name if isinstance(x, ArrayOperand) else f"the {x.kind.name}" for x in operands]
+        given = ", ".join(f"{name} {shape}" for name, shape in zip(names, shapes, strict=True))
+        raise ShapeError(
+            f"the shapes of its arguments do not broadcast: {given}.",
+            where=f"{algebra.name}, {formula.rpartition('.')[2]}", remedy="Insert axes with a[:, None]",
+        ) from None  # fmt: skip
 
 
 def evaluate_item(algebra: TypedAlgebra, formula: str, operands: Sequence[ItemOperand]) -> FormulaResult | None:

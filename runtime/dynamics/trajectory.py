@@ -47,8 +47,9 @@ class Trajectory(TrajectoryStates, TrajectoryExports):
         Along the body's axes.
     momentum, reaction : Multivector (stores,)
         In the world, moments about its origin; the reaction is the wrench of all constraints together.
-    energy : array (stores,)
-        Kinetic, of gravity (zero at the world's origin) and of springs; other loads have none.
+    energy, kinetic_energy, potential_energy : array (stores,)
+        Of all bodies together, in units of mass length^2 / time^2: joules where these are kg, m and s. The potential
+        energy is that of gravity (zero at the world's origin), of springs and of joint limits; other loads have none.
     violation : array (stores,)
         Largest error of a constraint's coefficients; for `VirtualPower`, which has none, the power that should be zero,
         as a fraction of the most that the bodies' kinetic energy allows.
@@ -158,9 +159,20 @@ class Trajectory(TrajectoryStates, TrajectoryExports):
 
     @property
     def energy(self) -> Array:
-        """Energy of all bodies: kinetic, of gravity (zero at the world's origin), of springs and limits."""
+        """Energy of all bodies: `kinetic_energy` and `potential_energy`."""
+        return self.kinetic_energy + self.potential_energy
+
+    @property
+    def kinetic_energy(self) -> Array:
+        """Kinetic energy of all bodies, of their translation and rotation."""
+        total: Array = sum((body._kinetic() for body in self.bodies.values()), np.zeros(()))
+        return total
+
+    @property
+    def potential_energy(self) -> Array:
+        """Energy of all bodies in gravity (zero at the world's origin), of springs and limits."""
         bodies = list(self.bodies.values())
-        total: Array = sum(body._kinetic() + body._potential() for body in bodies) + self._springs(bodies)
+        total: Array = sum((body._potential() for body in bodies), self._springs(bodies))
         for load in self._loads:
             if isinstance(load, (JointSpring, JointLimit)):
                 values = self.coordinates(load.joint)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -97,3 +98,13 @@ def test_a_picture_of_fractions_tells_which_cases_keep_the_promise(tmp_path):
     write_plot(study(promised=0.95), rows, tmp_path / "p.png")  # is the picture of a study that promises
     figure.savefig(tmp_path / "q.png")
     assert (tmp_path / "p.png").read_bytes() == (tmp_path / "q.png").read_bytes()
+
+
+def test_errors_without_a_height_are_drawn_at_the_top(tmp_path):
+    """Infinite and NaN, though not counted as lost, and the largest numbers: a logarithmic axis has no such limits."""
+    rows = [row(error=e, method=m) for m, e in zip("abcd", (math.inf, math.nan, 1.7e308, 1e-3), strict=True)]
+    figure = plot.draw(study(), rows)
+    figure.savefig(tmp_path / "all.png")
+    crosses = [line for line in figure.axes[0].lines if line.get_marker() == "x"]
+    assert len(crosses) == 2 and (tmp_path / "all.png").stat().st_size > 1000
+    plot.draw(study(), rows[:1]).savefig(tmp_path / "one.png")

@@ -39,6 +39,9 @@ def test_tolerances_are_numbers(tolerance):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
+        (lambda: cga.circle(np.zeros((2, 3)), np.ones((4, 3)), 1.0),
+         r"cga3d, circle: the shapes .* broadcast: center \(2, 3\), normal \(4, 3\), radius \(\)\. Insert axes"),
+        (lambda: cga.rotor((0, 0, 1), [1.0, 2.0], np.zeros((3, 3))), r"axis \(3,\), angle \(2,\), point \(3, 3\)"),
         (lambda: cga.kind([1]), r"no kind \[1\]"),
         (lambda: cga.multivector([1.0], blades=3), "blades are 3"),
         (lambda: cga.multivector([1.0], grades=ROTOR), "grades are a Multivector"),

@@ -54,6 +54,30 @@ def test_names_of_the_package() -> None:
     assert run(code) == {"missing": [], "same": True, "callable": True}
 
 
+def test_misspelt_names_have_suggestions() -> None:
+    """Of lazily loaded names and of algebras; what protocols ask for is not looked for, and nothing is loaded."""
+    code = (
+        "import sys, json, copy, pickle, bladesmith as bs; from bladesmith import cga3d, dynamics\n"
+        "def text(home, name):\n"
+        "    try: getattr(home, name)\n"
+        "    except AttributeError as error: return str(error)\n"
+        "misses = [(bs, 'registraton'), (bs, 'tracr'), (bs, 'cga3'), (dynamics, 'Simulatoin'), (cga3d, 'cirlce'),\n"
+        "          (bs, 'zzz'), (cga3d, 'zzz'), (bs, '__circle__'), (cga3d, '__circle__')]\n"
+        "found = [text(*miss) for miss in misses]\n"
+        "from bladesmith.codegen import errors; asked = []\n"
+        "errors.nearest = lambda *a: asked.append(a)\n"
+        "quiet = [hasattr(x, n) for x in (bs, cga3d) for n in ('__array__', '_repr_png_', '__getstate__0')]\n"
+        "same = all(x is cga3d for x in (copy.copy(cga3d), copy.deepcopy(cga3d), pickle.loads(pickle.dumps(cga3d))))\n"
+        "print(json.dumps({'found': found, 'asked': len(asked), 'quiet': any(quiet), 'same': same}))"
+    )
+    result = run(code)
+    found: list[str] = result.pop("found")  # type: ignore[assignment]
+    for line, near in zip(found, ("registration", "tracer", "cga3d", "Simulation", "circle"), strict=False):
+        assert f"(did you mean {near!r}?)" in line
+    assert not any("did you mean" in line for line in found[5:])
+    assert result == {"asked": 0, "quiet": False, "same": True}
+
+
 def test_algebras_are_imported_as_modules() -> None:
     code = (
         "import json, bladesmith.cga3d, bladesmith.pga3d as pga, bladesmith.cga2d, pickle\n"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import sqrt
+from math import isfinite, sqrt
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -16,6 +16,8 @@ from .study import Study
 
 #: Smaller errors are drawn at this value: a logarithmic axis has no zero.
 MIN_DRAWN = 1e-18
+#: And larger ones at this: there is room above it.
+MAX_DRAWN = 1e250
 #: Half the width of a 95 % interval of a standard normal variable.
 NORMAL_QUANTILE = 1.959964
 #: Height of a row in a picture of fractions, in inches.
@@ -163,12 +165,12 @@ def _ticks(axis: Any, span: float) -> None:
 
 def _height(row: Measurement) -> float:
     """Height of an error; zero is drawn at the bottom."""
-    return max(row.max_error, MIN_DRAWN)
+    return min(max(row.max_error, MIN_DRAWN), MAX_DRAWN)
 
 
 def _all_lost(row: Measurement) -> bool:
     """No answer has an error that could be drawn: not finite, or all that were found are of empty ones."""
-    return row.lost > 0 and not row.max_error > 0
+    return not isfinite(row.max_error) or (row.lost > 0 and not row.max_error > 0)
 
 
 def _curve(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...common.validation import as_choice
 from ...errors import InputError
 from ...mechanics.screws import moment_about, wrench_parts
 from ...plot import axes_setup, palette
@@ -50,9 +51,9 @@ def plot(
     path : optional
         Where to save it; the suffix says the format.
     show : sequence of str, optional
-        Some of `PANELS`; default: all, those of constraints only if there are any. Moments are about the center of
-        mass; the energy is relative to its first value; the violation is the largest error of a constraint's
-        coefficients.
+        Some of `PANELS`, with blanks or underscores; default: all, those of constraints only if there are any. Moments
+        are about the center of mass; the energy is relative to its first value; the violation is the largest error of a
+        constraint's coefficients.
     sketch : Sketch, optional
         Its title and units are used.
     dpi : float
@@ -106,9 +107,9 @@ def _panels(show: Sequence[str] | None, record: TrajectoryData) -> list[str]:
         constrained = any(np.nanmax(np.abs(data.reaction.values), initial=0) > 0 for data in record.bodies.values())
         return [name for name in PANELS if constrained or name not in OF_CONSTRAINTS]
     names = [show] if isinstance(show, str) else list(show)
+    names = [name.replace("_", " ") if isinstance(name, str) else name for name in names]
     for name in names:
-        if name not in PANELS:
-            raise InputError(f"show has {name!r}; there are: {', '.join(PANELS)}.")
+        as_choice(name, "show", PANELS)
     if not names:
         raise InputError("show is empty.", remedy=f"Give some of {', '.join(PANELS)}")
     return names

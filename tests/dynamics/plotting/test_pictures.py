@@ -34,8 +34,11 @@ def test_curves_show_the_numbers(swing):
     free = dynamics.Simulation(dynamics.RigidBody(1.0, (1, 1, 1), velocity=(1, 0, 0))).run(0.1, step=0.05)
     assert len([ax for ax in free.plot().axes if ax.get_visible()]) == 4
     assert len(found.plot(show=["energy"]).axes) == 1
-    with pytest.raises(InputError, match="show has 'speed'; there are: position"):
-        found.plot(show=["speed"])
+    for names in ("angular_velocity", ["angular velocity"]):  # as an attribute is called, or as the panel is
+        (ax,) = found.plot(show=names).axes
+        assert ax.get_title(loc="left").startswith("angular velocity")
+    with pytest.raises(InputError, match=r"show is 'velocty' \(did you mean 'velocity'\?\); one of position, velocity"):
+        found.plot(show=["velocty"])
 
 
 def test_pictures_show_paths_bodies_and_what_holds_them(swing, tmp_path):

@@ -103,6 +103,10 @@ def test_batches_of_loads() -> None:
     together = dynamics.Simulation(pendulum(), [DOWN, dynamics.JointSpring("hinge", stiffness, 1.0)])
     found = together.run(0.3, times=[0.3])
     assert found.energy.shape == (2, 2) and np.ptp(found.energy, -1).max() < 1e-12
+    kinetic = (MOMENT + MASS * HALF**2) * found.rates("hinge") ** 2 / 2
+    twisted = stiffness[:, None] * (found.coordinates("hinge") - 1.0) ** 2 / 2
+    assert np.abs(found.kinetic_energy - kinetic).max() < 1e-12
+    assert np.abs(found.potential_energy - MASS * 9.81 * found.position[..., 2] - twisted).max() < 1e-12
     for i, k in enumerate(stiffness):
         single = dynamics.Simulation(pendulum(), [DOWN, dynamics.JointSpring("hinge", k, 1.0)]).run(0.3, times=[0.3])
         assert np.array_equal(found.coordinates(0)[i], single.coordinates(0))
