@@ -291,7 +291,7 @@ def present(positions: Array, *rows: NDArray[Any]) -> tuple[NDArray[Any], ...]:
     """Drop marks, polylines and polygons that are not in view at all, and their rows of colors and others."""
     visible = all_three(np.isfinite(positions))
     if positions.ndim > 2:
-        visible = visible.any(-1)
+        visible = np.asarray(visible.any(-1))
     if visible.all():
         return positions, *rows
     return positions[visible], *(palette.take_rows(table, np.flatnonzero(visible)) for table in rows)

@@ -220,7 +220,7 @@ def _sphere(d: Drawable, box: Box, center: Array, radius: Array, orientation: Ar
         light = SHADE + (1 - SHADE) * np.clip(normals @ LIGHT, 0, 1)
         rows = np.repeat(np.broadcast_to(d.colors, (len(radius), 4)), len(quads), 0)
         rows[:, :3] *= np.tile(light, len(radius))[:, None]
-        visible = box.contains(faces).all(-1)
+        visible = np.asarray(box.contains(faces).all(-1))
         seen = faces if visible.all() else np.where(visible[:, None, None], faces, np.nan)
         parts.append(Faces(seen, palette.with_opacity(rows, SURFACE_OPACITY)))
     if d.orientation:  # out of, or into, the north pole
