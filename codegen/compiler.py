@@ -39,7 +39,7 @@ from typing import TYPE_CHECKING, Any
 
 from .algebra.algebra import Algebra, Kind
 from .errors import InputError, SpecError
-from .execute.arrays import AddedKernel, BoundKernel, Library, LoopError
+from .execute.bound_kernels import AddedKernel, BoundKernel, Library, LoopError
 from .trace.declared_formula import DeclaredFormula
 from .trace.kernel import Formula, Kernel, Output, interface
 from .trace.trace import trace
@@ -236,9 +236,9 @@ def bind_cuda(variant: Variant, device: Device | None = None) -> CudaKernel:
     DeviceError
         If there is no GPU.
     """
-    from .execute.cuda_compiler import compile_source, device_arch
     from .execute.cuda_driver import CudaKernel, CudaModule
     from .execute.cuda_driver import Device as FirstDevice
+    from .execute.nvrtc import compile_source, device_arch
     from .targets.c.printer import symbol
     from .targets.cuda.printer import cuda_source
 

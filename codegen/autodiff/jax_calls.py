@@ -9,7 +9,8 @@ from typing import Any
 
 from ..build.extension import load
 from ..errors import CompileError, CompilerMissingError
-from ..execute.arrays import PLAN_INPUTS, PLAN_OUTPUTS, AddedKernel, Binding, BoundKernel, Library
+from ..execute.arrays import Binding
+from ..execute.bound_kernels import PLAN_INPUTS, PLAN_OUTPUTS, AddedKernel, BoundKernel, Library
 from ..execute.reductions.sums import BLOCK, LANES
 from ..targets.c.source import ExtensionSource
 from ..targets.templates import render

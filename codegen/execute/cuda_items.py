@@ -13,9 +13,9 @@ import numpy as np
 from ..ir.loops.nodes import Function
 from ..targets.cuda.printer import DRIVER_OPTIONS
 from .arrays import Array
-from .cuda_compiler import compile_cached, device_arch
 from .cuda_driver import CudaModule, Device, DeviceArrays, DeviceMemory
 from .items import Loop, Run
+from .nvrtc import compile_cached, device_arch
 
 
 def compile_loops(device: Device, source: Mapping[str, str]) -> CudaModule:

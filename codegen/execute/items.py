@@ -14,7 +14,8 @@ from numpy import empty
 
 from ..errors import InputError, ShapeError
 from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
-from .arrays import Array, broadcast_leads, floating, parallel_for
+from .arrays import Array, broadcast_leads, floating
+from .ranges import parallel_for
 
 if TYPE_CHECKING:
     from ..ir.loops.nodes import Function

@@ -19,7 +19,8 @@ import numpy as np
 
 from ..errors import MissingExtraError
 from ..ir.argument import Argument
-from .arrays import Array, Binding, parallel_for
+from .arrays import Array, Binding
+from .ranges import parallel_for
 
 #: What makes compiled code give the bits of plain Python: no division raises, and nothing is reassociated.
 #: A kernel is inlined into its loop, which LLVM then vectorises.

@@ -1,13 +1,16 @@
 """NVIDIA's run-time compiler as a library: CUDA text in, PTX or machine code out. No GPU is needed.
 
 The library comes with the package nvidia-cuda-nvrtc-cu12 (the extra "cuda"); a CUDA toolkit's one serves too.
-Headers are handed over in memory. Kernels are not known here.
+Headers are handed over in memory. Generated files are compiled through the cache.
 """
 
 from __future__ import annotations
 
+import base64
 import ctypes
 import ctypes.util
+import hashlib
+import json
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,13 +18,17 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from ..build import text_cache
 from ..errors import CompileError, InputError, MissingExtraError
+from ..targets.cuda.printer import MAIN, with_headers
 
 #: Turing: the oldest architecture that current compilers serve. Its PTX runs on every later GPU.
 DEFAULT_ARCH = "compute_75"
 #: Nothing contracted, IEEE division and roots, subnormal numbers kept: the bits of the C target.
 OPTIONS = ("--std=c++17", "--fmad=false", "--prec-div=true", "--prec-sqrt=true", "--ftz=false")
 _ERROR_LINES = 3
+#: Digits of the digest in the name of an entry of the cache.
+_DIGITS = 24
 
 
 @dataclass(frozen=True)
@@ -168,3 +175,37 @@ def _message(status: int) -> str:
 def _check(status: int) -> None:
     if status:
         raise CompileError(_message(status), where="NVRTC")
+
+
+def compile_source(files: Mapping[str, str], arch: str = DEFAULT_ARCH, options: Sequence[str] = ()) -> CompiledText:
+    """Compile generated files with NVRTC; see `compile_text`.
+
+    Raises
+    ------
+    MissingExtraError
+        If NVRTC is not installed.
+    CompileError
+        If it refuses the source.
+    """
+    texts = with_headers(files)
+    return compile_text(texts.pop(MAIN), texts, MAIN, arch, options)
+
+
+def compile_cached(files: Mapping[str, str], arch: str, options: Sequence[str] = ()) -> bytes:
+    """The image of generated files, from the cache or compiled now; see `compile_source`."""
+    sources = with_headers(files)
+    parts = [sorted(sources.items()), arch, [*OPTIONS, *options], version()]
+    name = hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:_DIGITS]
+    text = text_cache.read(f"cuda_{name}", f"{arch}.txt")
+    if text is None:
+        image = compile_source(files, arch, options).image
+        text_cache.write(f"cuda_{name}", {f"{arch}.txt": base64.b64encode(image).decode()})
+        return image
+    text_cache.touch(f"cuda_{name}")
+    return base64.b64decode(text)
+
+
+def device_arch(capability: int) -> str:
+    """The arch to compile for on a GPU of this capability: machine code, or PTX where NVRTC is older."""
+    supported = architectures()
+    return f"sm_{capability}" if capability in supported else f"compute_{max(a for a in supported if a < capability)}"

@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, ShapeError
-from .arrays import PLAN_OUTPUTS, Array, Binding, BoundKernel, Splitter, floating
+from .arrays import Array, Binding, floating
+from .bound_kernels import PLAN_OUTPUTS, BoundKernel
+from .ranges import Splitter
 
 #: Pairs that are written out at a time where no compiled loop makes them.
 BLOCK_PAIRS = 32768

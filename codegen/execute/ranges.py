@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from time import perf_counter
+from typing import Protocol
 
 #: Seconds that a call of compiled code takes at most, as far as those before it tell.
 LONGEST = 0.1
@@ -64,4 +65,29 @@ def run_serially(run: Callable[[int, int], None], n: int, first: int | None = No
         ranges.timed(end - begin, perf_counter() - start)
 
 
-__all__ = ["FIRST", "FIRST_CHEAP", "TimedRanges", "run_serially"]
+class Splitter(Protocol):
+    """Splits ``run(begin, end)`` over threads; the runtime installs its own."""
+
+    def __call__(self, run: Callable[[int, int], None], n: int, first: int | None = None, /) -> None:
+        """Run items 0 .. n - 1, ``first`` of them in a thread's first call."""
+
+
+#: None: this thread.
+splitter: Splitter | None = None
+
+
+def install_splitter(new: Splitter | None) -> None:
+    """Let ``new`` share large batches over threads."""
+    global splitter
+    splitter = new
+
+
+def parallel_for(run: Callable[[int, int], None], n: int, first: int | None = None) -> None:
+    """Run items 0 .. n - 1: over threads where a splitter is installed, else in this one.
+
+    A call runs as many items as take some 0.1 s, as far as is known, and ``first`` of them before anything is.
+    """
+    if splitter is None:
+        run_serially(run, n, first)
+    else:
+        splitter(run, n, first)

@@ -13,7 +13,8 @@ from ..algebra.multivector import Multivector
 from ..autodiff.calls import coefficients
 from ..compiler import as_written, bind_kernel, compile_declared, optimise_quickly, print_source
 from ..errors import CompilerMissingError, InputError, TraceError
-from ..execute.arrays import BoundKernel, native_array
+from ..execute.arrays import native_array
+from ..execute.bound_kernels import BoundKernel
 from ..execute.reductions.sums import run_sums, sum_items
 from ..ir.graph import Graph, Node
 from ..ir.loops.language import runs_as_python

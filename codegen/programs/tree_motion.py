@@ -9,7 +9,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..build import text_cache
-from ..formulas.mechanics import articulated, joint_laws, mechanics
+from ..formulas.mechanics import articulated, joint_laws, link_poses, mechanics
 from ..targets.loops import in_calling_order
 from . import KernelSpec, Program, chains
 from .algorithms import numba_text
@@ -27,19 +27,19 @@ _SOURCE = "algorithms/trees/motion.py"
 _SOURCES = (_SOURCE, "programs/tree_motion.py", "../templates/c/programs/algorithms.c.j2")
 #: Formulas that trees of links have not, by their arguments.
 _FORMULAS: dict[Callable[..., Any], str] = {
-    articulated.ball_rotation: "layout rotor, position",
-    articulated.ball_rotor: "layout rotor, layout rotor, position",
-    articulated.ball_reference: "layout rotor, position",
-    articulated.ball_rate: "position, position",
-    articulated.screw_in_frame: "layout rotor, position, twist",
-    articulated.screw_from_frame: "layout rotor, position, twist",
-    articulated.wrench_of_powers: "numbers6",
-    articulated.joint_wrench: "position, number, number, number",
-    articulated.point_in_world: "layout rotor, position, position",
-    articulated.loop_wrench: "layout rotor, position, position, position",
-    articulated.loop_wrench_rate: "layout rotor, position, position, position, twist, twist",
-    articulated.loop_errors: "layout rotor, position, position, position, layout rotor, position",
-    articulated.screw_power: "twist, twist",
+    link_poses.ball_rotation: "layout rotor, position",
+    link_poses.ball_rotor: "layout rotor, layout rotor, position",
+    link_poses.ball_reference: "layout rotor, position",
+    link_poses.ball_rate: "position, position",
+    link_poses.screw_in_frame: "layout rotor, position, twist",
+    link_poses.screw_from_frame: "layout rotor, position, twist",
+    link_poses.wrench_of_powers: "numbers6",
+    link_poses.joint_wrench: "position, number, number, number",
+    link_poses.point_in_world: "layout rotor, position, position",
+    link_poses.loop_wrench: "layout rotor, position, position, position",
+    link_poses.loop_wrench_rate: "layout rotor, position, position, position, twist, twist",
+    link_poses.loop_errors: "layout rotor, position, position, position, layout rotor, position",
+    link_poses.screw_power: "twist, twist",
     articulated.pass_wrench: "numbers9, position, twist, twist, number, number, twist",
     joint_laws.joint_law: "number, number, numbers9",
     mechanics.spring: "motor, twist, position, motor, twist, position, numbers3",

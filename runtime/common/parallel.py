@@ -15,8 +15,7 @@ from functools import partial
 from time import perf_counter
 from typing import TypeVar
 
-from ..codegen.execute.arrays import install_splitter
-from ..codegen.execute.ranges import FIRST, FIRST_CHEAP, TimedRanges, run_serially
+from ..codegen.execute.ranges import FIRST, FIRST_CHEAP, TimedRanges, install_splitter, run_serially
 from ..codegen.interrupts import deferred_interrupts
 from .validation import as_int
 

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.execute.arrays import READY, BoundKernel
+from ..codegen.execute.arrays import READY
+from ..codegen.execute.bound_kernels import BoundKernel
 from ..common.dtypes import F64
 from .kernel_entries import Key, Result
 from .multivector_data import from_buffer

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from ..codegen.algebra.algebra import Kind
 from ..codegen.errors import AlgebraMismatchError
-from ..codegen.execute.arrays import BoundKernel, parallel_for
+from ..codegen.execute.bound_kernels import BoundKernel
+from ..codegen.execute.ranges import parallel_for
 from ..codegen.execute.result_memory import MANY, STORE
 from ..codegen.trace.result_kinds import belongs
 from ..common.dtypes import F32, F64

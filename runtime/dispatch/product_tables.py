@@ -23,7 +23,7 @@ from ..codegen.algebra.algebra import Algebra
 from ..codegen.algebra.blades import MAX_DIMENSION, grade
 from ..codegen.algebra.multivector import Multivector
 from ..codegen.errors import SignatureError
-from ..codegen.execute.arrays import parallel_for
+from ..codegen.execute.ranges import parallel_for
 from ..codegen.rings.protocol import RationalRing
 
 if TYPE_CHECKING:

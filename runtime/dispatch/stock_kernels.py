@@ -21,7 +21,8 @@ from ..codegen.build.flags import compiled_files, source_hash, unit_file
 from ..codegen.build.installed import bundled_folder as bundled_folder
 from ..codegen.build.installed import headers, is_fresh, linked_units
 from ..codegen.errors import BladesmithError, SpecError
-from ..codegen.execute.arrays import Array, Binding, BoundKernel, Library
+from ..codegen.execute.arrays import Array, Binding
+from ..codegen.execute.bound_kernels import BoundKernel, Library
 from ..codegen.ir.argument import Argument
 from .kernel_entries import Entry, Key, Result
 from .types import TypedAlgebra

@@ -11,7 +11,7 @@ import pytest
 
 import bladesmith
 from bladesmith import cga3d
-from bladesmith.codegen.execute import arrays, ranges
+from bladesmith.codegen.execute import ranges
 from bladesmith.common import parallel
 from bladesmith.errors import InputError
 
@@ -152,9 +152,9 @@ def test_batches_on_several_threads_are_the_same_bits(one_thread_again, monkeypa
     assert shared and set(shared) == {(N, 3)}
     assert all(np.array_equal(a.view(np.uint64), b.view(np.uint64)) for a, b in zip(alone, together, strict=True))
     bladesmith.set_threads(1)
-    assert arrays._splitter is None
+    assert ranges.splitter is None
     bladesmith.set_threads(None)
-    assert (arrays._splitter is None) == (parallel.thread_count() == 1)
+    assert (ranges.splitter is None) == (parallel.thread_count() == 1)
 
 
 WRONG_COUNTS = [

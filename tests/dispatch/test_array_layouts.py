@@ -11,7 +11,7 @@ import pytest
 from bladesmith import cga3d as cga
 from bladesmith import codegen, objects, poses
 from bladesmith.codegen.execute import arrays
-from bladesmith.codegen.execute.arrays import BoundKernel
+from bladesmith.codegen.execute.bound_kernels import BoundKernel
 
 
 def at_an_odd_byte(x: Any) -> Any:

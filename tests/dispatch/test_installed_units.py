@@ -17,7 +17,7 @@ import bladesmith as bs
 from bladesmith.codegen.build import extension
 from bladesmith.codegen.build.cpu_features import best_instances, has_wide_vectors
 from bladesmith.codegen.errors import InputError, SpecError
-from bladesmith.codegen.execute.arrays import BoundKernel
+from bladesmith.codegen.execute.bound_kernels import BoundKernel
 from bladesmith.dispatch import stock_kernels
 
 pytestmark = pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")

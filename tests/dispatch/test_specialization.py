@@ -13,7 +13,7 @@ import pytest
 
 import bladesmith as bs
 from bladesmith.codegen.build.toolchain import compiler
-from bladesmith.codegen.execute.arrays import BoundKernel
+from bladesmith.codegen.execute.bound_kernels import BoundKernel
 from bladesmith.dispatch import formulas, plans, specialization, stock_kernels
 
 

@@ -14,8 +14,8 @@ import pytest
 
 from bladesmith.codegen.build.extension import load as load_extension
 from bladesmith.codegen.execute import cuda_driver, cuda_items
-from bladesmith.codegen.execute.cuda_compiler import compile_source
 from bladesmith.codegen.execute.cuda_driver import CudaModule, Device, unavailable
+from bladesmith.codegen.execute.nvrtc import compile_source
 from bladesmith.codegen.optimise.variants import Variant
 from bladesmith.codegen.targets.c.printer import symbol
 from bladesmith.codegen.targets.c.source import ExtensionSource

@@ -33,7 +33,7 @@ from bladesmith.codegen.algebra.schema import load_spec, stock_spec_path
 from bladesmith.codegen.api import KernelFunction
 from bladesmith.codegen.build.cpu_features import best_instances
 from bladesmith.codegen.build.extension import load
-from bladesmith.codegen.execute.arrays import BoundKernel, Library
+from bladesmith.codegen.execute.bound_kernels import BoundKernel, Library
 from bladesmith.codegen.formulas.objects.blades import blade_projector, project_to_blade
 from bladesmith.codegen.formulas.products.outcome import epsilon, is_finite, outcome, where_or_nan
 from bladesmith.codegen.formulas.products.products import geometric, sandwich

@@ -53,7 +53,7 @@ def motion_algorithms(k: Any, chain: Any, identity: tuple[float, ...], laws: tup
     Parameters
     ----------
     k : named tuple of KernelSpec
-        Formulas of mechanics/articulated.py, `joint_law`, `spring`.
+        Formulas of mechanics/articulated.py and link_poses.py, `joint_law`, `spring`.
     chain : ChainKernels
     identity : tuple of float
         The rotor 1.

@@ -15,7 +15,9 @@ from typing import Any
 import numpy as np
 
 from ...status import Status
-from ..arrays import PLAN_INPUTS, PLAN_OUTPUTS, Array, Binding, BoundKernel, parallel_for
+from ..arrays import Array, Binding
+from ..bound_kernels import PLAN_INPUTS, PLAN_OUTPUTS, BoundKernel
+from ..ranges import parallel_for
 
 #: Items of a block, and of a lane's turn: a power of two.
 BLOCK, LANES = 1 << 14, 1 << 7

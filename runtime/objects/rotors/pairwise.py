@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.algebra.algebra import Kind
-from ...codegen.execute.arrays import Binding, Splitter
+from ...codegen.execute.arrays import Binding
 from ...codegen.execute.pairs import all_pairs
 from ...codegen.execute.pairs import nearest as nearest_rows
+from ...codegen.execute.ranges import Splitter
 from ...codegen.trace.result_kinds import belongs
 from ...common import parallel
 from ...common.dtypes import common_precision

@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from bladesmith.codegen.execute.arrays import AddedKernel
+from bladesmith.codegen.execute.bound_kernels import AddedKernel
 
 
 class Lib:

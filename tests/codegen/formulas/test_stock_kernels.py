@@ -21,9 +21,9 @@ from bladesmith.codegen.build.cpu_features import runs
 from bladesmith.codegen.checks.errors import compare, exact_rows
 from bladesmith.codegen.checks.operands import operand_cases
 from bladesmith.codegen.compiler import bind_library
-from bladesmith.codegen.execute.arrays import BoundKernel, Library
-from bladesmith.codegen.execute.cuda_compiler import compile_source
+from bladesmith.codegen.execute.bound_kernels import BoundKernel, Library
 from bladesmith.codegen.execute.numba_jit import NumbaKernel, NumbaLibrary
+from bladesmith.codegen.execute.nvrtc import compile_source
 from bladesmith.codegen.optimise.variants import select_variant
 from bladesmith.codegen.targets.c.instances import OF_KERNELS, Instance
 from bladesmith.codegen.targets.c.printer import symbol

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from bladesmith.codegen.execute.arrays import BoundKernel
+from bladesmith.codegen.execute.bound_kernels import BoundKernel
 
 from ...support.specimens import compiled_by_c
 

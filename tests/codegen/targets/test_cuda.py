@@ -18,9 +18,9 @@ import pytest
 from bladesmith.codegen.compiler import bind_cuda
 from bladesmith.codegen.errors import CompileError, InputError, MissingExtraError, SpecError
 from bladesmith.codegen.execute import nvrtc
-from bladesmith.codegen.execute.arrays import BoundKernel
-from bladesmith.codegen.execute.cuda_compiler import compile_source, device_arch
+from bladesmith.codegen.execute.bound_kernels import BoundKernel
 from bladesmith.codegen.execute.cuda_driver import CudaKernel, CudaModule, Device, DeviceError, unavailable
+from bladesmith.codegen.execute.nvrtc import compile_source, device_arch
 from bladesmith.codegen.programs.tracer.scene import EVERYTHING, needs, scene_program
 from bladesmith.codegen.targets.cuda.printer import (
     DRIVER_OPTIONS,

@@ -14,8 +14,8 @@ import pytest
 
 from bladesmith.codegen.compiler import bind_numba
 from bladesmith.codegen.errors import InputError, MissingExtraError, ShapeError
-from bladesmith.codegen.execute import arrays, numba_jit
-from bladesmith.codegen.execute.arrays import BoundKernel
+from bladesmith.codegen.execute import numba_jit, ranges
+from bladesmith.codegen.execute.bound_kernels import BoundKernel
 from bladesmith.codegen.execute.numba_jit import NumbaKernel, load
 from bladesmith.codegen.optimise.variants import as_written
 from bladesmith.codegen.status import Status
@@ -117,7 +117,7 @@ def test_ranges_may_be_shared_out(splitter: list[tuple[int, int]]) -> None:
     operands = arguments(KERNELS[name], 1000)
     shared_out = plain(name)(*operands)
     assert len(splitter) == 3
-    arrays.install_splitter(None)
+    ranges.install_splitter(None)
     assert_same_bits(shared_out, plain(name)(*operands), name)
 
 
@@ -131,10 +131,10 @@ def splitter() -> Iterator[list[tuple[int, int]]]:
             parts.append((begin, end))
             run(begin, end)
 
-    before = arrays._splitter
-    arrays.install_splitter(split)
+    before = ranges.splitter
+    ranges.install_splitter(split)
     yield parts
-    arrays.install_splitter(before)
+    ranges.install_splitter(before)
 
 
 def test_constants_have_the_type_of_the_precision() -> None:

@@ -24,9 +24,9 @@ from bladesmith.codegen.build import installed
 from bladesmith.codegen.build.flags import compiled_files, source_hash
 from bladesmith.codegen.errors import DeviceError, InputError, MissingExtraError
 from bladesmith.codegen.execute import cuda_items, numba_cache, numba_jit
-from bladesmith.codegen.execute.cuda_compiler import compile_source
 from bladesmith.codegen.execute.cuda_driver import Device, unavailable
 from bladesmith.codegen.execute.items import CompiledLoop
+from bladesmith.codegen.execute.nvrtc import compile_source
 from bladesmith.codegen.programs.registration.program import ALGORITHMS, reform_numba
 from bladesmith.codegen.programs.registration.registration import KINDS, matched_as, set_name
 from bladesmith.codegen.targets.cuda.printer import DRIVER_OPTIONS, self_contained, stock_source
