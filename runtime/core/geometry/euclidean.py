@@ -115,7 +115,7 @@ class EuclideanAlgebra(Algebra):
         return self.construct("motions.translator", self.spatial(t, "t"), strict=strict)
 
     def rotor(self, axis: Any, angle: Any, point: Any = 0, strict: bool = False) -> Multivector:
-        """Rotation by ``angle``, counter-clockwise about ``axis`` through ``point``. INVALID: the axis is zero."""
+        """Rotation by ``angle`` radians, counter-clockwise about ``axis`` through ``point``. INVALID: a zero axis."""
         operands = self.spatial(axis, "axis"), ArrayOperand(angle, 0, "angle")
         if is_origin(point):
             return self.construct("motions.rotor", *operands, strict=strict)

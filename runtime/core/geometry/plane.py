@@ -21,7 +21,7 @@ class PlaneMotions(EuclideanAlgebra):
     """An algebra whose versors move the Euclidean plane."""
 
     def rotor(self, angle: Any, point: Any = 0, strict: bool = False) -> Multivector:  # type: ignore[override]
-        """Rotation about a point, counter-clockwise."""
+        """Rotation by ``angle`` radians about a point, counter-clockwise."""
         at = np.zeros(2) if is_origin(point) else point
         operands = ArrayOperand(angle, 0, "angle"), self.spatial(at, "point")
         return self.construct("motions.planar_rotor", *operands, strict=strict)

@@ -22,7 +22,7 @@ class PlaneVectors(EuclideanAlgebra):
     readers = {"rotor": "rotor_parameters"}
 
     def rotor(self, angle: Any, strict: bool = False) -> Multivector:  # type: ignore[override]
-        """Rotation, counter-clockwise from e1 to e2."""
+        """Rotation by ``angle`` radians, counter-clockwise from e1 to e2."""
         return self.construct("motions.turn", ArrayOperand(angle, 0, "angle"), strict=strict)
 
     def rotor_parameters(self, x: Multivector) -> Parameters:
@@ -64,7 +64,7 @@ class Spacetime(EuclideanAlgebra):
         return self.construct("spacetime.boost", self.spatial(v, "v"), strict=strict)
 
     def rotor(self, axis: Any, angle: Any, strict: bool = False) -> Multivector:  # type: ignore[override]
-        """Rotation of space, counter-clockwise about ``axis``. INVALID: the axis is zero."""
+        """Rotation of space by ``angle`` radians, counter-clockwise about ``axis``. INVALID: the axis is zero."""
         operands = self.spatial(axis, "axis"), ArrayOperand(angle, 0, "angle")
         return self.construct("spacetime.rotor", *operands, strict=strict)
 

@@ -163,6 +163,7 @@ class DeltaRobot(ExportedDeltaRobot):
         Parameters
         ----------
         theta : array (..., 3)
+            Angles of the arms, in radians.
         root : "far", "near", "positive" or "negative"
             The one of the two points where the forearms can meet that is farther along e3, or the other; or the one
             with a positive or negative volume of the forearms, continuous in theta. See `DeltaRobot`.
@@ -214,6 +215,7 @@ class DeltaRobot(ExportedDeltaRobot):
         Parameters
         ----------
         theta : array (..., 3)
+            Angles of the arms, in radians.
         method : "direct" or "screw"
             The derivative of the solution, or the rods' forces on twists of arms and platform (7.7.4).
         root, status, strict, threads

@@ -126,9 +126,9 @@ class PosedTree(LinkTree):
         Parameters
         ----------
         q : array (..., n), or mapping, optional
-            Coordinates in the order of `joint_names`; or by name (...), zero where there is none. A ball, planar or
-            floating joint takes a motor, the displacement of its child in the frame that this has at zero, or with an
-            array of `nq` numbers those of `coordinate_slices`. Default: zero.
+            Coordinates, radians and lengths, in the order of `joint_names`; or by name (...), zero where there is none.
+            A ball, planar or floating joint takes a motor, the displacement of its child in the frame that this has at
+            zero, or with an array of `nq` numbers those of `coordinate_slices`. Default: zero.
         strict : bool
             Raise for coordinates that are not finite; otherwise their items are NaN and INVALID.
         threads : int, optional

@@ -198,6 +198,7 @@ class SerialChainData(JointDynamics):
         Parameters
         ----------
         q : array (..., n)
+            Coordinates of the joints: radians and lengths.
         all : bool
             Motors of the frames of all links instead: shape (..., n).
         strict : bool
@@ -245,6 +246,7 @@ class SerialChainData(JointDynamics):
         Parameters
         ----------
         q : array (..., n)
+            Coordinates of the joints: radians and lengths.
         frame : {"world", "tool"}
             Axes along which both are given. In the world v is the velocity of the tool's point at the world's origin,
             as in twists w I3 + v n, in the tool's frame the velocity of the frame's own origin.

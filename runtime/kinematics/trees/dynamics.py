@@ -76,7 +76,7 @@ class JointDynamics(ABC):
         Parameters
         ----------
         q, qd, qdd : array (..., n)
-            Coordinates, speeds and accelerations.
+            Coordinates, radians and lengths, their speeds and accelerations.
         gravity : array (3,)
         status, strict : bool
             See `JointDynamics`.
