@@ -67,6 +67,22 @@ def fits() -> list[Fit]:
         Fit("stumpff4", lambda w: stumpff(4, w), below, above, lambda w: abs(w) / stumpff(2, w), {64: 10, 32: 6}),
         Fit("stumpff5", lambda w: stumpff(5, w), below, above, lambda w: abs(w) / stumpff(3, w), {64: 10, 32: 5}),
         Fit(
+            "stumpff6",
+            lambda q: stumpff(6, q),
+            below,
+            -below,
+            lambda q: (1 + abs(q) / 6) / (64 * stumpff(7, 4 * q)),
+            {64: 10, 32: 6},
+        ),
+        Fit(
+            "stumpff7",
+            lambda q: stumpff(7, q),
+            below,
+            -below,
+            lambda q: (1 + abs(q) * (1 + stumpff(1, q))) / (32 * stumpff(6, 4 * q)),
+            {64: 10, 32: 5},
+        ),
+        Fit(
             "exponential",
             lambda r: power_series(r, lambda n: 1 / mp.factorial(n + 2)),
             -half_ln2,

@@ -14,6 +14,8 @@ class Constants(NamedTuple):
     cosine: Any
     stumpff4: Any
     stumpff5: Any
+    stumpff6: Any
+    stumpff7: Any
     exponential: Any
     logarithm: Any
     arctangent: Any
@@ -33,6 +35,7 @@ class Constants(NamedTuple):
     below: Any  # the Stumpff functions are polynomials in w itself between this
     above: Any  # and this
     sixth: Any
+    per_120: Any
     infinity: Any
     nan: Any
     zero: Any
@@ -74,6 +77,16 @@ DOUBLE = Constants(
         "0x1.6124613a94caep-33", "-0x1.ae7f3e9296891p-41", "0x1.952c66d90fe04p-49", "-0x1.2f4d4ce6e8219p-57",
         "0x1.70e12dc1f01c4p-66", "-0x1.9015bffb9429fp-75",
     ),
+    stumpff6=float64(
+        "0x1.6c16c16c16c17p-10", "-0x1.a01a01a01a017p-16", "0x1.27e4fb7789e7p-22", "-0x1.1eed8eff8e729p-29",
+        "0x1.93974a8cb36aep-37", "-0x1.ae7f3e69b3d48p-45", "0x1.6827809201b73p-53", "-0x1.e5430507cea22p-62",
+        "0x1.0d0b47420f91ep-70", "-0x1.f158b32758e04p-80",
+    ),
+    stumpff7=float64(
+        "0x1.a01a01a01a01ap-13", "-0x1.71de3a556c734p-19", "0x1.ae64567f543f9p-26", "-0x1.6124613a86be5p-33",
+        "0x1.ae7f3e73c2dcdp-41", "-0x1.952c7703cf5a2p-49", "0x1.2f49b07fab5d7p-57", "-0x1.71b8e86a47aeap-66",
+        "0x1.764d63e887ecap-75", "-0x1.3f741b53511b8p-84",
+    ),
     exponential=float64(
         "0x1.000000000000ap-1", "0x1.55555555554fap-3", "0x1.55555555508a1p-5", "0x1.1111111127c87p-7",
         "0x1.6c16c1842204bp-10", "0x1.a01a012a0de64p-13", "0x1.a0199a22544f1p-16", "0x1.71df2618d1aeap-19",
@@ -104,6 +117,7 @@ DOUBLE = Constants(
     below=float64(-9.0)[0],
     above=float64(1.5)[0],
     sixth=float64(1.0 / 6.0)[0],
+    per_120=float64(1.0 / 120.0)[0],
     infinity=float64(np.inf)[0],
     nan=float64(np.nan)[0],
     zero=float64(0.0)[0],
@@ -124,6 +138,14 @@ SINGLE = Constants(
     stumpff5=float32(
         "0x1.11111p-7", "-0x1.a01a14p-13", "0x1.71e8bp-19", "-0x1.ac2de8p-26",
         "0x1.87d376p-33",
+    ),
+    stumpff6=float32(
+        "0x1.6c16c2p-10", "-0x1.a01ap-16", "0x1.27e4cep-22", "-0x1.1eeebap-29",
+        "0x1.9448bep-37", "-0x1.ac052ap-45",
+    ),
+    stumpff7=float32(
+        "0x1.a01a02p-13", "-0x1.71ddf6p-19", "0x1.ae63e6p-26", "-0x1.61d5f6p-33",
+        "0x1.af7b7cp-41",
     ),
     exponential=float32(
         "0x1.fffffcp-2", "0x1.555492p-3", "0x1.5558fp-5", "0x1.1239a8p-7",
@@ -150,6 +172,7 @@ SINGLE = Constants(
     below=float32(-9.0)[0],
     above=float32(1.5)[0],
     sixth=float32(1.0 / 6.0)[0],
+    per_120=float32(1.0 / 120.0)[0],
     infinity=float32(np.inf)[0],
     nan=float32(np.nan)[0],
     zero=float32(0.0)[0],

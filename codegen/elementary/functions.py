@@ -332,6 +332,26 @@ def stumpff5(w: Real) -> Real:
     return c.quarter * c.quarter * ((c4 + c5) + c2 * c3)
 
 
+def stumpff6(w: Real) -> Real:
+    """c6: (1/24 - c4(w)) / w, at most 8 ulp off; c5 of the quarter by a polynomial that reaches farther."""
+    c = constants(w)
+    q = c.quarter * w
+    _, c1, _, c3, _, c5 = stumpff_six(q)
+    c5 = select(abs(q) < -c.below, c.per_120 - q * polynomial(q, c.stumpff7), c5)
+    return c.half * c.quarter * c.quarter * (c.sixth * c3 + c5 * (c.one + c1))
+
+
+def stumpff7(w: Real) -> Real:
+    """c7: (1/120 - c5(w)) / w, at most 8 ulp off."""
+    c = constants(w)
+    q, lowest = c.quarter * w, -c.sinh_largest * c.sinh_largest
+    _, _, c2, _, c4, c5 = stumpff_six(q)
+    near, c6, c7 = abs(q) < -c.below, polynomial(q, c.stumpff6), polynomial(q, c.stumpff7)
+    far = ((c.quarter * c.sixth - c4) + (c.per_120 - c5)) / select(q < lowest, lowest, q)
+    c4, c5 = select(near, c.quarter * c.sixth - q * c6, c4), select(near, c.per_120 - q * c7, c5)
+    return c.quarter * c.quarter * c.quarter * (select(near, c6 + c7, far) + (c.sixth * c4 + c5 * c2))
+
+
 def compiled(
     decorate: Callable[[Callable[..., Any]], Any], replaced: Mapping[str, Any] | None = None
 ) -> SimpleNamespace:

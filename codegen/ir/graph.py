@@ -14,7 +14,7 @@ from typing import Any
 
 from ..errors import TraceError
 from ..rings.modular import Samples
-from ..rings.protocol import FUNCTIONS, Ring, SampleRing, Terms
+from ..rings.protocol import FUNCTIONS, STUMPFF, Ring, SampleRing, Terms
 
 #: Numbers of sample points that a trace may use; each step is tried where the one before does not suffice.
 SAMPLES = (16, 1024, 2048, 4096, 16384)
@@ -25,7 +25,7 @@ MANY_SAMPLES = SAMPLES[1]
 #: The largest number of sample points.
 MOST_SAMPLES = SAMPLES[-1]
 #: Stumpff functions of zero: 1/k!.
-STUMPFF_AT_ZERO = {f"stumpff{k}": Fraction(1, factorial(k)) for k in range(6)}
+STUMPFF_AT_ZERO = {name: Fraction(1, factorial(k)) for k, name in enumerate(STUMPFF)}
 #: A graph with fewer living sample points than this cannot tell zero from bad luck.
 ENOUGH_SAMPLES = 8
 

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from .protocol import NumericRing, Terms
+from .protocol import STUMPFF, NumericRing, Terms
 
 Bounded = tuple[Any, Any]
 #: Errors in units of roundoff, as promised in docs/algebra/elementary.md; an ulp is at most two units.
 FUNCTION_ERROR = {
     "abs": 0.0, "rounded": 0.0, "sqrt": 1.0, "reciprocal": 1.0,
-    "stumpff0": 8.0, "stumpff1": 8.0, "stumpff2": 8.0, "stumpff3": 8.0, "stumpff4": 16.0, "stumpff5": 16.0,
+    **dict.fromkeys(STUMPFF[:4], 8.0), **dict.fromkeys(STUMPFF[4:], 16.0),
 }  # fmt: skip
 #: Error of all other functions: 2 ulp.
 USUAL_FUNCTION_ERROR = 4.0

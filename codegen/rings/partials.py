@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from ..errors import TraceError
-from .protocol import Ring
+from .protocol import STUMPFF, Ring
 
 _HALF = Fraction(1, 2)
 
@@ -46,11 +46,11 @@ def partials(ring: Ring, name: str, value: Any, x: Sequence[Any]) -> Sequence[Ca
 
 def _stumpff(ring: Ring, k: int, w: Any) -> Any:
     """c_k' = (k c_{k+2} - c_{k+1})/2."""
-    if k > 3:
-        raise TraceError(f"the derivative of stumpff{k} needs Stumpff functions beyond the fifth.")
-    terms = [(ring.apply(f"stumpff{k + 1}", w), -_HALF)]
+    if k + 2 >= len(STUMPFF):
+        raise TraceError(f"the derivative of stumpff{k} needs Stumpff functions beyond {STUMPFF[-1]}.")
+    terms = [(ring.apply(STUMPFF[k + 1], w), -_HALF)]
     if k:
-        terms.append((ring.apply(f"stumpff{k + 2}", w), _HALF * k))
+        terms.append((ring.apply(STUMPFF[k + 2], w), _HALF * k))
     return ring.combine(terms)
 
 

@@ -19,10 +19,12 @@ from .modular import Samples
 Coefficient = Any
 Terms = Sequence[tuple[Coefficient, Fraction]]
 
+#: Stumpff functions: c6 and c7 are there for the derivatives of c4 and c5.
+STUMPFF = tuple(f"stumpff{k}" for k in range(8))
 #: Functions of real arguments that a formula may apply, with their number of arguments.
 FUNCTIONS = {
     "sqrt": 1, "reciprocal": 1, "abs": 1, "sin": 1, "cos": 1, "exp": 1, "log": 1, "atan2": 2,
-    "stumpff0": 1, "stumpff1": 1, "stumpff2": 1, "stumpff3": 1, "stumpff4": 1, "stumpff5": 1,
+    **dict.fromkeys(STUMPFF, 1),
     "nan": 0, "epsilon": 0, "rounded": 1,
 }  # fmt: skip
 #: "nan" stands for "no value" in a branch of `select`; "epsilon" is the spacing of the target's numbers at 1.
@@ -132,13 +134,13 @@ def _stumpff(k: int) -> Any:
     return function
 
 
-_FACTORIAL = (1, 1, 2, 6, 24, 120)
+_FACTORIAL = (1, 1, 2, 6, 24, 120, 720, 5040)
 _NUMPY: dict[str, Any] = {
     "sqrt": np.sqrt, "reciprocal": lambda a: np.float64(1) / a if np.ndim(a) == 0 else a.dtype.type(1) / a,
     "abs": np.abs, "rounded": lambda a: a,
     "sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log, "atan2": np.arctan2,
     "lt": np.less, "le": np.less_equal, "and": np.logical_and, "or": np.logical_or, "not": np.logical_not,
-    **{f"stumpff{k}": _stumpff(k) for k in range(6)},
+    **{name: _stumpff(k) for k, name in enumerate(STUMPFF)},
 }  # fmt: skip
 
 

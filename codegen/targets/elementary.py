@@ -12,9 +12,10 @@ from ..ir.loops.algorithm import inlined
 from ..ir.loops.language import IntVector, Real, Static
 from ..ir.loops.nodes import Function
 from ..ir.loops.types import BOOL, REAL, Parameter
+from ..rings.protocol import STUMPFF
 
 #: The functions that others call, and with them what these call.
-NAMES = ("sin", "cos", "exp", "log", "sinh", "cosh", "atan2", "stumpff", *(f"stumpff{k}" for k in range(6)))
+NAMES = ("sin", "cos", "exp", "log", "sinh", "cosh", "atan2", "stumpff", *STUMPFF)
 #: Reduces very large angles, where there are some: each target has a text of its own, around `far_reduction`.
 FAR_OR_NEAR = "far_or_near"
 

@@ -38,6 +38,7 @@ from bladesmith.codegen.formulas.objects.blades import blade_projector, project_
 from bladesmith.codegen.formulas.products.outcome import epsilon, is_finite, outcome, where_or_nan
 from bladesmith.codegen.formulas.products.products import geometric, sandwich
 from bladesmith.codegen.optimise.variants import as_written
+from bladesmith.codegen.rings.protocol import STUMPFF
 from bladesmith.codegen.status import Status
 from bladesmith.codegen.targets.c.extension import extension_source
 from bladesmith.codegen.trace.kernel import Kernel, interface
@@ -128,7 +129,7 @@ def _masks(a: Multivector, b: Multivector, c: Multivector) -> Multivector:
 def _elementary(v: tuple[Multivector, ...]) -> Result:
     a, b = v
     turns = [sin(a), cos(a), atan2(a, b), exp(a), log(absolute(b))]
-    later = [a.new({0: a.ring.apply(name, b.scalar())}) for name in ("stumpff4", "stumpff5")]
+    later = [a.new({0: a.ring.apply(name, b.scalar())}) for name in STUMPFF[4:]]
     return row([*turns, stumpff0(a), stumpff1(a), stumpff2(a * b), stumpff3(b), *later])
 
 

@@ -8,18 +8,19 @@ from fractions import Fraction
 
 from ...ir.graph import Node
 from ...optimise.variants import Variant
+from ...rings.protocol import STUMPFF
 from ...trace.kernel import Kernel, symbol_of
 from ..printer import Printer, comment_text, decimal
 
 FUNCTIONS = {
     "sqrt": "SQRT", "abs": "ABS", "sin": "SIN", "cos": "COS", "exp": "EXP", "log": "LOG", "atan2": "ATAN2",
     "lt": "LT", "le": "LE", "and": "AND", "or": "OR", "not": "NOT", "select": "SELECT",
-    **{f"stumpff{k}": f"STUMPFF{k}" for k in range(6)},
+    **{name: name.upper() for name in STUMPFF},
 }  # fmt: skip
 #: Functions of no argument.
 CONSTANTS = {"nan": "SPLAT(BS_NOT_A_NUMBER)", "epsilon": "SPLAT(BS_EPSILON)"}
 #: Functions whose text lives in elementary.h; it is included only when one is used.
-ELEMENTARY = frozenset(("sin", "cos", "exp", "log", "atan2", *(f"stumpff{k}" for k in range(6))))
+ELEMENTARY = frozenset(("sin", "cos", "exp", "log", "atan2", *STUMPFF))
 
 
 def symbol(kernel: Kernel) -> str:

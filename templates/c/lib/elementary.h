@@ -772,6 +772,116 @@ BS_INLINE V FN(stumpff5)(V w)
   return K(0.0625) * (c4 + c5 + c2 * c3);
 }
 
+/* A polynomial: even and odd terms by themselves are two short chains of operations instead of a long one. */
+BS_INLINE V FN(polynomial_stumpff7)(V z)
+{
+  const V square = z * z;
+  V last = SPLAT(K(-6.451312903203775e-26));
+  V other = SPLAT(K(3.870195131672336e-23));
+  V before = last;
+  last = other;
+  other = before * square + K(-1.9572935397697847e-20);
+  before = last;
+  last = other;
+  other = before * square + K(8.220633630376327e-18);
+  before = last;
+  last = other;
+  other = before * square + K(-2.811457254663018e-15);
+  before = last;
+  last = other;
+  other = before * square + K(7.647163732379631e-13);
+  before = last;
+  last = other;
+  other = before * square + K(-1.6059043836820859e-10);
+  before = last;
+  last = other;
+  other = before * square + K(2.5052108385440943e-08);
+  before = last;
+  last = other;
+  other = before * square + K(-2.7557319223985893e-06);
+  before = last;
+  last = other;
+  other = before * square + K(0.0001984126984126984);
+  return other + last * z;
+}
+
+/* c6: (1/24 - c4(w)) / w, at most 8 ulp off; c5 of the quarter by a polynomial that reaches farther. */
+BS_INLINE V FN(stumpff6)(V w)
+{
+  const V q = K(0.25) * w;
+  V result;
+  V result1;
+  V result2;
+  V result3;
+  V result4;
+  V result5;
+  FN(stumpff_six)(q, &result, &result1, &result2, &result3, &result4, &result5);
+  const V c1 = result1;
+  const V c3 = result3;
+  V c5 = result5;
+  const V result6 = FN(polynomial_stumpff7)(q);
+  c5 = SELECT(ABS(q) < K(9.0), K(0.008333333333333333) - q * result6, c5);
+  return K(0.03125) * (K(0.16666666666666666) * c3 + c5 * (K(1.0) + c1));
+}
+
+/* A polynomial: even and odd terms by themselves are two short chains of operations instead of a long one. */
+BS_INLINE V FN(polynomial_stumpff6)(V z)
+{
+  const V square = z * z;
+  V last = SPLAT(K(-1.6070131602031944e-24));
+  V other = SPLAT(K(8.901921083869931e-22));
+  V before = last;
+  last = other;
+  other = before * square + K(-4.1103272884014615e-19);
+  before = last;
+  last = other;
+  other = before * square + K(1.561920322149305e-16);
+  before = last;
+  last = other;
+  other = before * square + K(-4.779477326080967e-14);
+  before = last;
+  last = other;
+  other = before * square + K(1.1470745598865471e-11);
+  before = last;
+  last = other;
+  other = before * square + K(-2.0876756987883523e-09);
+  before = last;
+  last = other;
+  other = before * square + K(2.755731922398464e-07);
+  before = last;
+  last = other;
+  other = before * square + K(-2.480158730158729e-05);
+  before = last;
+  last = other;
+  other = before * square + K(0.001388888888888889);
+  return other + last * z;
+}
+
+/* c7: (1/120 - c5(w)) / w, at most 8 ulp off. */
+BS_INLINE V FN(stumpff7)(V w)
+{
+  const V q = K(0.25) * w;
+  V result;
+  V result1;
+  V result2;
+  V result3;
+  V result4;
+  V result5;
+  FN(stumpff_six)(q, &result, &result1, &result2, &result3, &result4, &result5);
+  const V c2 = result2;
+  V c4 = result4;
+  V c5 = result5;
+  const V result6 = FN(polynomial_stumpff6)(q);
+  const V result7 = FN(polynomial_stumpff7)(q);
+  const M near = ABS(q) < K(9.0);
+  const V c6 = result6;
+  const V c7 = result7;
+  const V far = (K(0.041666666666666664) - c4 + (K(0.008333333333333333) - c5)) / SELECT(q < K(-505521.0), SPLAT(K(-505521.0)), q);
+  c4 = SELECT(near, K(0.041666666666666664) - q * c6, c4);
+  c5 = SELECT(near, K(0.008333333333333333) - q * c7, c5);
+  return K(0.015625) * (SELECT(near, c6 + c7, far) + (K(0.16666666666666666) * c4 + c5 * c2));
+}
+
 #else
 /* (high, low): high - low = x + tail - n step to about twice the precision, for a small tail and step in parts. */
 BS_INLINE void FN(reduce_by)(V x, V n, V step0, V step1, V step2, V step3, V tail, V *result0_, V *result1_)
@@ -1261,6 +1371,89 @@ BS_INLINE V FN(stumpff5)(V w)
   return K(0.0625) * (c4 + c5 + c2 * c3);
 }
 
+/* A polynomial: even and odd terms by themselves are two short chains of operations instead of a long one. */
+BS_INLINE V FN(polynomial_stumpff7)(V z)
+{
+  const V square = z * z;
+  V last = SPLAT(K(7.664666427584232e-13));
+  V other = SPLAT(K(-1.6090588583761445e-10));
+  V before = last;
+  last = other;
+  other = before * square + K(2.5052008467696396e-08);
+  before = last;
+  last = other;
+  other = before * square + K(-2.7557241537579102e-06);
+  before = last;
+  last = other;
+  other = before * square + K(0.00019841270113829523);
+  return other + last * z;
+}
+
+/* c6: (1/24 - c4(w)) / w, at most 8 ulp off; c5 of the quarter by a polynomial that reaches farther. */
+BS_INLINE V FN(stumpff6)(V w)
+{
+  const V q = K(0.25) * w;
+  V result;
+  V result1;
+  V result2;
+  V result3;
+  V result4;
+  V result5;
+  FN(stumpff_six)(q, &result, &result1, &result2, &result3, &result4, &result5);
+  const V c1 = result1;
+  const V c3 = result3;
+  V c5 = result5;
+  const V result6 = FN(polynomial_stumpff7)(q);
+  c5 = SELECT(ABS(q) < K(9.0), K(0.008333333767950535) - q * result6, c5);
+  return K(0.03125) * (K(0.1666666716337204) * c3 + c5 * (K(1.0) + c1));
+}
+
+/* A polynomial: even and odd terms by themselves are two short chains of operations instead of a long one. */
+BS_INLINE V FN(polynomial_stumpff6)(V z)
+{
+  const V square = z * z;
+  V last = SPLAT(K(-4.751978500906924e-14));
+  V other = SPLAT(K(1.1490446615025629e-11));
+  V before = last;
+  last = other;
+  other = before * square + K(-2.087708894649154e-09);
+  before = last;
+  last = other;
+  other = before * square + K(2.755725461156544e-07);
+  before = last;
+  last = other;
+  other = before * square + K(-2.48015858232975e-05);
+  before = last;
+  last = other;
+  other = before * square + K(0.0013888889225199819);
+  return other + last * z;
+}
+
+/* c7: (1/120 - c5(w)) / w, at most 8 ulp off. */
+BS_INLINE V FN(stumpff7)(V w)
+{
+  const V q = K(0.25) * w;
+  V result;
+  V result1;
+  V result2;
+  V result3;
+  V result4;
+  V result5;
+  FN(stumpff_six)(q, &result, &result1, &result2, &result3, &result4, &result5);
+  const V c2 = result2;
+  V c4 = result4;
+  V c5 = result5;
+  const V result6 = FN(polynomial_stumpff6)(q);
+  const V result7 = FN(polynomial_stumpff7)(q);
+  const M near = ABS(q) < K(9.0);
+  const V c6 = result6;
+  const V c7 = result7;
+  const V far = (K(0.0416666679084301) - c4 + (K(0.008333333767950535) - c5)) / SELECT(q < K(-8100.0), SPLAT(K(-8100.0)), q);
+  c4 = SELECT(near, K(0.0416666679084301) - q * c6, c4);
+  c5 = SELECT(near, K(0.008333333767950535) - q * c7, c5);
+  return K(0.015625) * (SELECT(near, c6 + c7, far) + (K(0.1666666716337204) * c4 + c5 * c2));
+}
+
 #endif
 #define SIN(x) FN(sin)(x)
 #define COS(x) FN(cos)(x)
@@ -1274,6 +1467,8 @@ BS_INLINE V FN(stumpff5)(V w)
 #define STUMPFF3(x) FN(stumpff3)(x)
 #define STUMPFF4(x) FN(stumpff4)(x)
 #define STUMPFF5(x) FN(stumpff5)(x)
+#define STUMPFF6(x) FN(stumpff6)(x)
+#define STUMPFF7(x) FN(stumpff7)(x)
 #define ATAN2(y, x) FN(atan2)(y, x)
 
 #undef BS_BIAS

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import mpmath as mp
 import numpy as np
 import pytest
 
@@ -13,6 +14,8 @@ from bladesmith import cga3d as cga
 from bladesmith import codegen
 from bladesmith.codegen.errors import InputError, ShapeError, TraceError
 from bladesmith.codegen.formulas.products.outcome import where_or_nan
+
+from ...support.targets.elementary import stumpff
 
 
 def pulled(formula: Callable[..., Any], *inputs: Any, cotangent: Any = 1.0) -> list[np.ndarray]:
@@ -96,6 +99,51 @@ def test_a_value_that_is_used_twice() -> None:
 def test_functions(formula: Any, slope: Any) -> None:
     x = np.array([0.3, 1.1, 2.9])
     np.testing.assert_allclose(pulled(formula, x)[0], slope(x), rtol=1e-13)
+
+
+#: Zero, tiny ones, quarter and full turns and what is beside them, hyperbolic ones, ends of polynomials, large ones.
+STUMPFF_ARGUMENTS = (
+    0.0, 1e-300, -1e-300, 1e-9, -1e-9, 0.7, -0.7, 1.5, 6.0, 7.0, -9.1, 35.9, 36.1, -35.9, -36.1, -50.0, -1e3, -1e5,
+    *((2 * np.pi * n) ** 2 * (1 + s) for n in (0.25, 0.5, 1, 2, 3) for s in (0, -1e-15, 1e-9)), 1e4, 1e6, 1e12, 1e100,
+)  # fmt: skip
+
+
+def slope_of_stumpff(k: int, w: Any, c: list[Any]) -> Any:
+    """-sum over n of (n + 1) (-w)^n/(2n + k + 2)! or, where that is long, (c_(k-1) - k c_k)/(2w)."""
+    if abs(w) < 1:
+        return -sum((n + 1) * (-w) ** n / mp.factorial(2 * n + k + 2) for n in range(20))
+    return ((c[k - 1] if k else -w * c[1]) - k * c[k]) / (2 * w)
+
+
+def stumpff_row(*numbers: int) -> Any:
+    def formula(x: Any) -> Any:
+        return codegen.row([x.new({0: x.ring.apply(f"stumpff{k}", x.scalar())}) for k in numbers])
+
+    return codegen.kernel(codegen.scalar, algebra=cga, name="f")(formula)
+
+
+def test_slopes_of_stumpff_functions() -> None:
+    """As good as the functions themselves, 8 ulp; c1 and c2 are no better than their argument where it is large."""
+    kernel = stumpff_row(*range(6))
+    for dtype, lowest, highest in ((np.float64, -1e6, 1e10), (np.float32, -7e3, 1e7)):
+        w = np.array([x for x in STUMPFF_ARGUMENTS if lowest < x < np.finfo(dtype).max], dtype)
+        found = kernel.vjp(w[:, None] + np.zeros(6, dtype))(np.eye(6, dtype=dtype) + np.zeros((len(w), 1, 1), dtype))[0]
+        assert found.dtype == dtype and found.shape == (len(w), 6)
+        eps = float(np.finfo(dtype).eps)
+        np.testing.assert_array_equal(kernel.derivative("x")(w), found)
+        for x, slopes in zip(w.tolist(), found.tolist(), strict=True):
+            with mp.workdps(50):
+                c = [stumpff(k, mp.mpf(x)) for k in range(8)]
+                for k, slope in list(enumerate(slopes))[2 * (x > highest) :]:
+                    size = (k * c[k + 2] + abs(c[k + 1])) / 2
+                    assert abs(slope - slope_of_stumpff(k, mp.mpf(x), c)) <= 10 * eps * size + eps**2
+
+
+def test_slopes_of_the_last_stumpff_functions_are_refused() -> None:
+    for kernel in (stumpff_row(6), stumpff_row(7), stumpff_row(4).pullback(), stumpff_row(5).derivative("x")):
+        for derivative in (kernel.pullback("x"), kernel.derivative("x")):
+            with pytest.raises(TraceError, match="derivative of stumpff[67] needs .* beyond stumpff7"):
+                _ = derivative.traced
 
 
 def test_wrong_calls_are_refused() -> None:

@@ -15,6 +15,7 @@ from bladesmith.codegen.export.export import export
 from bladesmith.codegen.export.languages.glsl import renamed
 from bladesmith.codegen.export.options import ExportOptions
 from bladesmith.codegen.export.unit import exported_unit, intrinsics_of
+from bladesmith.codegen.rings.protocol import STUMPFF
 from bladesmith.errors import InputError
 
 from ...support.export.drivers import run_driver
@@ -28,7 +29,7 @@ SHADERS = [
 ]  # fmt: skip
 #: Numbers are float where nothing is said.
 SHIM = ["g++", "-O1", "-ffp-contract=off", "-fsingle-precision-constant"]
-_TURNING = frozenset(("sin", "cos", *(f"stumpff{k}" for k in range(6))))
+_TURNING = frozenset(("sin", "cos", *STUMPFF))
 
 
 @pytest.mark.slow

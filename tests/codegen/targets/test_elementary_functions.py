@@ -183,6 +183,8 @@ SPECIAL: dict[str, list[tuple[float, ...]]] = {  # arguments, then the result
     "stumpff3": [(0.0, 1 / 6), (-INF, INF), (-1e30, INF), (INF, NAN), (NAN, NAN)],
     "stumpff4": [(0.0, 1 / 24), (-INF, INF), (INF, NAN), (NAN, NAN)],
     "stumpff5": [(0.0, 1 / 120), (-INF, INF), (INF, NAN), (NAN, NAN)],
+    "stumpff6": [(0.0, 1 / 720), (-INF, INF), (-1e30, INF), (INF, NAN), (NAN, NAN)],
+    "stumpff7": [(0.0, 1 / 5040), (-INF, INF), (-1e30, INF), (INF, NAN), (NAN, NAN)],
     "atan2": [
         (0.0, 0.0, 0.0),
         (-0.0, 0.0, -0.0),

@@ -24,8 +24,7 @@ ULPS = {
     **dict.fromkeys(("sin", "cos", "exp", "log"), 1.0),
     **dict.fromkeys(("sinh", "cosh", "atan2"), 2.0),
     **{f"stumpff{k}": 4.0 for k in range(4)},
-    "stumpff4": 8.0,
-    "stumpff5": 8.0,
+    **{f"stumpff{k}": 8.0 for k in range(4, 8)},
 }
 
 BODY = """
@@ -51,7 +50,8 @@ BODY = """
         }                                                                       \\
     }
 APPLY(sin) APPLY(cos) APPLY(exp) APPLY(log) APPLY(sinh) APPLY(cosh)
-APPLY(stumpff0) APPLY(stumpff1) APPLY(stumpff2) APPLY(stumpff3) APPLY(stumpff4) APPLY(stumpff5)
+APPLY(stumpff0) APPLY(stumpff1) APPLY(stumpff2) APPLY(stumpff3)
+APPLY(stumpff4) APPLY(stumpff5) APPLY(stumpff6) APPLY(stumpff7)
 TOGETHER(sincos, 2, FN(sincos)(v, &c[0], &c[1]))
 TOGETHER(sinhcosh, 2, FN(sinhcosh)(v, &c[0], &c[1]))
 TOGETHER(stumpff, 4, FN(stumpff)(v, &c[0], &c[1], &c[2], &c[3]))
