@@ -37,7 +37,7 @@ def algorithm(
 def algorithm(
     function: Callable[..., Any] | None = None, *, tangent: Algorithm | None = None, still: bool = False
 ) -> AlgorithmFunction | Callable[[Callable[..., Any]], AlgorithmFunction]:
-    """Declare an algorithm: a decorator for a function in the language of docs/algebra/algorithms.md.
+    """Declare an algorithm: a decorator for a function in the language of :doc:`/algebra/algorithms`.
 
     The function's text is parsed, not run: loops, branches and calls of kernels and of other algorithms become C or
     numba. Called with arrays it runs compiled, item by item over leading axes that broadcast; inside another
@@ -136,7 +136,7 @@ class CompiledAlgorithm(ABC):
     def export(
         self, language: str, folder: str | Path, *arguments: Any, name: str = "", dtype: str = "", split: bool = False
     ) -> list[Path]:
-        """Write the function as a source file that needs nothing of this package; see docs/algebra/export.md.
+        """Write the function as a source file that needs nothing of this package; see :doc:`/algebra/export`.
 
         Parameters
         ----------

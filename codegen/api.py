@@ -82,7 +82,7 @@ class KernelFunction(DifferentiableKernel):
         self, language: str, folder: str | Path, *, name: str = "", dtype: str = "", derivatives: Sequence[str] = (),
         jacobians: Sequence[str] = (), split: bool = False,
     ) -> list[Path]:  # fmt: skip
-        """Write the kernel as a source file that needs nothing of this package; see docs/algebra/export.md.
+        """Write the kernel as a source file that needs nothing of this package; see :doc:`/algebra/export`.
 
         Parameters
         ----------

@@ -12,6 +12,7 @@ from .algebra.blades import validated_identifier
 from .algebra.loader import PRESETS, STOCK, algebra_from_data, data_from_algebra
 from .errors import SpecError, suggest
 from .trace.kernel import Formula, argument_names
+from .version import site_page
 
 
 @dataclass(frozen=True)
@@ -202,7 +203,7 @@ def _without_geometry(p: int, q: int, r: int) -> Omission:
     own = {kind: None for _, kinds in same for kind, table in kinds.items() if table["constraints"]}
     names = tuple(own) or ("rotor", "motor", "point", "line", "..")
     where = " and ".join(f"bladesmith.{name}" for name, _ in same)
-    remedy = "declare them in a spec, docs/algebra/specs.md"
+    remedy = f"declare them in a spec: {site_page('algebra/specs')}"
     if same:
         remedy = f"{where} {'have' if len(same) > 1 else 'has'} them"
     return Omission("kinds", names, f"a signature does not say which members count; {remedy}")

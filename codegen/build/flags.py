@@ -35,7 +35,7 @@ UNIT_FLAGS: tuple[str, ...] = ("-O1", "-ftree-slp-vectorize", "-fexpensive-optim
 """Of units of kernels, after `C_FLAGS`: code as fast as -O3 makes it, in two thirds of the time. Without the second one
 the root of a vector is taken lane by lane; without the third gcc leaves the upper halves of the vector registers in use
 when a loop ends (no vzeroupper), and all code that has no AVX, such as most programs, runs at up to half its speed from
-then on. Measured in docs/development/decisions.md."""
+then on. Measured in docs/development/decisions/building.md."""
 
 FULL_UNITS = frozenset(
     ("delta", "delta_frame", "exponentials", "invariant", "maps", "motions", "pose_maps", "poses", "rotors", "screws")

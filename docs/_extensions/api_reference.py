@@ -72,7 +72,9 @@ def _has_page(value: Any) -> bool:
 
 def _index() -> str:
     modules = "\n".join(f"   {module}" for module in public_modules())
-    return f"{_title('Names')}\n.. toctree::\n   :maxdepth: 1\n\n{modules}\n"
+    said = {module: (inspect.getdoc(_module(module)) or "").partition("\n\n")[0] for module in public_modules()}
+    listed = "\n".join(f":doc:`{module}`\n   {' '.join(text.split())}\n" for module, text in said.items())
+    return f"{_title('Names')}\n{listed}\n.. toctree::\n   :hidden:\n\n{modules}\n"
 
 
 def _module_page(module: str) -> str:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..codegen.errors import BladesmithError, InputError, one_line, suggest
+from ..codegen.version import site_page
 from .harness.study import Study
 
 
@@ -113,7 +114,7 @@ def _study_of_file(path: Path, changed: int) -> Study:
     study = getattr(module, "STUDY", None)
     if not isinstance(study, Study):
         what = "has no STUDY" if study is None else f"has a STUDY that is {one_line(study)}"
-        remedy = "Write STUDY = bladesmith.benchmarks.Study(...) in it; see docs/accuracy/studies.md"
+        remedy = f"Write STUDY = bladesmith.benchmarks.Study(...) in it: {site_page('accuracy/studies')}"
         raise InputError(f"{what}.", where=str(path), remedy=remedy)
     return study
 

@@ -21,7 +21,7 @@ def count_entries(entries: int) -> str:
     return "1 entry" if entries == 1 else f"{entries} entries"
 
 
-@options.command("cache --clear")
+@options.command("cache --clear", "development/cache")
 @options.flag("--clear", "Remove all entries; they are compiled again when needed.")
 def command(clear: bool) -> None:
     """List the compiled kernels of this user, most recently used first, or clear them."""

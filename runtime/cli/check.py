@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 TARGETS = ("c", "numba", "numpy", "cuda")
 
 
-@options.command("check pga2d.toml --kernel products.geometric --target c")
+@options.command("check pga2d.toml --kernel products.geometric --target c", "algebra/specs")
 @options.input_file("spec")
 @click.option("--kernel", "names", multiple=True, help="Only this kernel, or formula (repeatable). Default: all.")
 @click.option(

@@ -35,7 +35,7 @@ _PACKAGES = ("numpy", "cffi", "sympy", "jinja2", "click", "pydantic")
 _NAME_LENGTH = 100  # bytes for a graphics processor's name; the driver cuts longer ones
 
 
-@options.command("doctor --json")
+@options.command("doctor --json", "algebra/targets")
 @click.option("--json", "as_json", is_flag=True, help="For programs and bug reports.")
 def command(as_json: bool) -> None:
     """Say what compiler, targets, caches and threads this machine has, and whether the kernels are fresh."""

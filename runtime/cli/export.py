@@ -32,7 +32,7 @@ class Target:
     options: dict[str, Any]
 
 
-@options.command("export pga3d --language c99 -o include --only 'sandwich_motor_*'")
+@options.command("export pga3d --language c99 -o include --only 'sandwich_motor_*'", "algebra/export")
 @click.argument("source")
 @click.option("--language", "-l", type=click.Choice(list(LANGUAGES)), required=True)
 @options.output_folder(".")
@@ -58,7 +58,7 @@ def command(
     kernel or an algorithm of Python, module:name; a robot's file (.urdf, .sdf, .xml, .mjcf); or a file of a mechanism
     or of a Delta robot (.toml), as `bladesmith kinematics` takes it.
 
-    What is exported is yours, without conditions: docs/algebra/export.md.
+    What is exported is yours, without conditions.
     """
     path, target = Path(source), Target(language, out, name, {"dtype": dtype or "", "split": split})
     derived = {"--derivative": derivatives, "--jacobian": jacobians}

@@ -19,8 +19,8 @@ from . import options
 DIFF_LINES = 20
 
 
-@options.command("generate --signature 2,0,1 --name pga2d --out generated/")
-@options.file("--spec", help="Spec file of the algebra (docs/algebra/specs.md).")
+@options.command("generate --signature 2,0,1 --name pga2d --out generated/", "algebra/specs")
+@options.file("--spec", help="Spec file of the algebra.")
 @click.option("--signature", help="p,q,r of a plain algebra, instead of a spec.")
 @click.option("--name", help="Name of the plain algebra. Default: clp_q_r.")
 @click.option("--out", type=options.FOLDER, help="Folder that holds one folder per algebra.")

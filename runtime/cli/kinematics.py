@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 NOTICE = "preparing: what such a mechanism needs is compiled once, and kept"
 
 
-@options.command("kinematics delta.toml -o robot.png --motion motion.csv --workspace slices.png")
+@options.command("kinematics delta.toml -o robot.png --motion motion.csv --workspace slices.png", "motion/mechanisms")
 @options.input_file("robot")
 @options.output_file(None, f"The robot at its pose, with its path if it has one: {options.IMAGES}", "picture")
 @options.file("--motion", "motions", multiple=True,

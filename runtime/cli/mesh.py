@@ -10,7 +10,7 @@ import click
 from . import options
 
 
-@options.command("mesh scene.toml -o surface.glb --rings 128 --segments 64 --caps")
+@options.command("mesh scene.toml -o surface.glb --rings 128 --segments 64 --caps", "geometry/meshes")
 @options.input_file("scene")
 @options.output_file("surface.glb", "A .glb, .obj, .ply or .stl file; a .glb keeps names and colors.")
 @click.option("--surface", type=click.IntRange(min=0), multiple=True, help="Number of a surface, from 0; default: all.")

@@ -15,6 +15,7 @@ from typing import Any
 import click
 
 from ..codegen.progress import Progress, progress_bar
+from ..codegen.version import site_page
 
 #: Seconds without a sign of life, after which a command says what it is doing.
 PATIENCE = 1.5
@@ -79,9 +80,9 @@ class Feedback:
         self.say(*(f"wrote {path}" for path in paths if path is not None))
 
 
-def command(example: str) -> Decorator:
-    """A command whose help ends with an example, without the program's name."""
-    return click.command(epilog=f"Example: bladesmith {example}")
+def command(example: str, page: str) -> Decorator:
+    """A command whose help ends with an example, without the program's name, and with its page of the site."""
+    return click.command(epilog=f"Example: bladesmith {example}\n\nMore: {site_page(page)}")
 
 
 def input_file(name: str) -> Decorator:

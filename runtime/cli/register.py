@@ -14,7 +14,7 @@ RESULTS = (".json", ".tum")
 NOTICE = "preparing: what these kinds of object need is compiled once, and kept"
 
 
-@options.command("register query.json reference.json -o result.json --picture result.png")
+@options.command("register query.json reference.json -o result.json --picture result.png", "registration/registration")
 @options.input_file("query")
 @options.input_file("reference")
 @options.output_file(None, "Write the result as JSON; default: nowhere.")

@@ -19,7 +19,7 @@ NOTHING = "interrupted before the first pixels were done; nothing was written"
 NOTICE = "preparing: what a scene needs is compiled when it is first rendered, and kept"
 
 
-@options.command("render scene.toml -o image.png --width 1280 --height 720 --aov depth")
+@options.command("render scene.toml -o image.png --width 1280 --height 720 --aov depth", "geometry/scenes")
 @options.input_file("scene")
 @options.output_file("image.png", "PNG, JPEG, WebP, BMP or TIFF in sRGB; EXR in linear float32.")
 @click.option("--width", type=int, help="Pixels; default: the scene's, else 640.")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 NOTICE = "preparing: what such a simulation needs is compiled once, and kept"
 
 
-@options.command("simulate body.toml -o trajectory.npz --plot --animate motion.html")
+@options.command("simulate body.toml -o trajectory.npz --plot --animate motion.html", "motion/simulations")
 @options.input_file("body")
 @options.output_file(
     None, "A .npz file of arrays or a .csv table, may be repeated; default: trajectory.npz.", "outputs", multiple=True

@@ -9,7 +9,7 @@ import click
 from . import options
 
 
-@options.command("view scene.toml -o page.html")
+@options.command("view scene.toml -o page.html", "geometry/scenes")
 @options.input_file("scene")
 @options.output_file("page.html", "The page, .html or .htm.")
 @click.option("--title", help="Of the page; default: the scene file's name.")

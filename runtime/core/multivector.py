@@ -290,7 +290,7 @@ class Algebra(Constructors[Multivector]):
         copy : bool
             False: the multivector is a view of an array, or of what has a buffer, ``__array__`` or ``__dlpack__`` on
             the host. Its kind is a layout, since others may write to the array, and its `values` are writable where
-            the array is. JAX arrays and PyTorch tensors are never copied; see docs/algebra/arrays.md.
+            the array is. JAX arrays and PyTorch tensors are never copied; see :doc:`/algebra/arrays`.
         **coefficients
             Instead of a dictionary, by blade: ``multivector(e1=2.0, e12=[1.0, 3.0])``.
 

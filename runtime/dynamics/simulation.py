@@ -60,11 +60,11 @@ class Simulation:
     body : RigidBody or System
         One, or a batch of n bodies: n simulations.
     loads : sequence, or a single one
-        `Gravity`, `BodyWrench`, `WorldWrench`, `Spring`, `Damper` and the like: see docs/motion/dynamics.md.
+        `Gravity`, `BodyWrench`, `WorldWrench`, `Spring`, `Damper` and the like: see :doc:`/motion/dynamics`.
     constraints : sequence, or a single one
         `Pin`, `PinPath`, `PinLinear`, `Incidence`, `VirtualPower`.
     integrator : str
-        "auto", or one of docs/motion/integrators.md: "rk4", "rkmk4", "adaptive", "taylor", ..
+        "auto", or one of :doc:`/motion/integrators`: "rk4", "rkmk4", "adaptive", "taylor", ..
     map : {"exponential", "bortz", "cayley", "outer"}
         The chart of integrators that have one (thesis 6.11).
     stabilization : {"auto", "null-space", "projection", "baumgarte", "none"}
@@ -80,7 +80,7 @@ class Simulation:
     coordinates : {"auto", "joint", "maximal"}
         What is integrated: coordinates of joints, at a cost that grows with the number of bodies, or poses of all
         bodies under constraints, whose cost grows with its cube. "auto": those of joints where the system is a tree of
-        joints and the integrator is "auto" too, unless what is asked for needs poses: see docs/motion/dynamics.md.
+        joints and the integrator is "auto" too, unless what is asked for needs poses: see :doc:`/motion/dynamics`.
     """
 
     def __init__(
@@ -195,7 +195,7 @@ class Simulation:
             Raise if a simulation cannot continue. Otherwise the trajectory ends there, with its ``status`` and
             ``message``; a single one warns.
         sensitivities : sequence of str, or a single one
-            Parameters whose gradients the trajectory's ``sensitivities`` hold ("Gradients", docs/motion/dynamics.md).
+            Parameters whose gradients the trajectory's ``sensitivities`` hold ("Gradients", :doc:`/motion/dynamics`).
 
         Returns
         -------

@@ -1,0 +1,1 @@
+"""Screws, statics, inertia, shapes, joints: what dynamics and kinematics share."""

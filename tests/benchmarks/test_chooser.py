@@ -49,6 +49,10 @@ def test_the_cheapest_method_that_is_exact_enough(tmp_path: Path) -> None:
         assert found("1e-9")[1:] == ["exact 1.0e-14 3.00 us"]
         assert found("1e-2")[1:] == ["quick 1.0e-3 20.0 ns", "exact 1.0e-14 3.00 us"]
         assert [line.split()[0] for line in found("1e-2", "near")[1:]] == ["partial", "quick", "exact"]
+        drawn = "[...document.querySelectorAll('#drawing circle')].map((c) => [c.textContent, c.getAttribute('fill')])"
+        marks: Any = chromium.value(drawn)
+        assert [text.split(":")[0].strip() for text, _ in marks] == ["exact", "quick", "lossy", "partial"]
+        assert [fill == "none" for _, fill in marks] == [False, False, True, False]
         assert found("1e-30") == ["No method that was measured is so exact without losing an answer."]
         assert found("often") == ["Write the error as a number, such as 1e-9."]
         assert found("1", "", "second")[1:] == ["right 5.0e-1 4.00 ms"]

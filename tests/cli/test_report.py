@@ -6,7 +6,9 @@ import re
 import pytest
 
 from bladesmith import benchmarks
+from bladesmith.benchmarks.registry import STUDIES
 from bladesmith.cli import main
+from bladesmith.codegen.targets.templates import template_text
 from bladesmith.errors import InputError
 
 from ..support.checkout import CHECKOUT
@@ -32,12 +34,17 @@ def written(path, text):
 def test_the_study_of_the_docs(tmp_path, capsys):
     page = (CHECKOUT / "docs" / "accuracy" / "studies.md").read_text(encoding="utf-8")
     own = written(tmp_path / "mine.py", re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0])
-    assert main.run(["report", "--quick", "--study", own, "-o", str(tmp_path / "out")]) == 0
+    published = tmp_path / "page.md"
+    options = ["--quick", "--study", own, "-o", str(tmp_path / "out"), "--publish", str(published)]
+    assert main.run(["report", *options]) == 0
     first, second, last = capsys.readouterr().out.splitlines()
     assert first == "1 study" and second.startswith("mine: 8 measurements") and last.startswith("wrote ")
     assert (tmp_path / "out" / "mine.png").exists()
     ((name, found),) = json.loads((tmp_path / "out" / "report.json").read_text())["studies"].items()
     assert name == "mine"
+    page = published.read_text(encoding="utf-8")
+    assert "`bladesmith report --quick --publish`" in page and "mine: 8 measurements" in page
+    assert page.count("\n| near the origin | ") == 4 and "| differences | float64 |" in page
     errors = {(r["case"], r["method"], r["setting"]): r["max_error"] for r in found["rows"]}
     assert errors["far apart", "inner_product", "float32"] > 100 * errors["far apart", "inner_product", "float64"]
 
@@ -76,6 +83,22 @@ def test_files_without_a_study(text, says, tmp_path, capsys):
     assert main.run(["report", "--study", str(path), "-o", str(tmp_path / "out")]) == 2
     assert re.search(says, capsys.readouterr().err)
     assert not (tmp_path / "out").exists()
+
+
+def test_where_a_page_cannot_be_published_nothing_is_measured(tmp_path, capsys):
+    page = tmp_path / "nowhere" / "page.md"
+    assert main.run(["report", "--study", "distance", "-o", str(tmp_path / "out"), "--publish", str(page)]) == 2
+    assert "there is no folder" in capsys.readouterr().err and not (tmp_path / "out").exists()
+
+
+def test_the_page_of_the_site_is_small_and_has_the_present_chooser():
+    page = CHECKOUT / "docs" / "accuracy" / "report.md"
+    text = page.read_text(encoding="utf-8")
+    assert page.stat().st_size < 600_000 and template_text("chooser.js") in text
+    (measured,) = re.findall(r'id="measured">(.*)</script>', text)
+    studies = json.loads(measured)
+    assert studies.keys() <= STUDIES.keys() and all(study["title"] in text for study in studies.values())
+    assert re.search(r"^\| date \| \d{4}-\d\d-\d\d \|$", text, re.MULTILINE)
 
 
 def test_two_studies_of_one_name(tmp_path):

@@ -47,6 +47,11 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_links_say_the_title_and_not_the_file(page: Path) -> None:
+    assert not re.findall(r"\[[^\]\n]*\.md`?\]\([^)]*\)", page.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
 def test_no_formula_reads_as_a_tag(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     plain = re.split(r"^```.*?^```|`[^`\n]*`|<!--.*?-->", text, flags=re.MULTILINE | re.DOTALL)

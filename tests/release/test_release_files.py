@@ -9,13 +9,17 @@ import tomllib
 import zipfile
 from pathlib import Path
 
+import jinja2
 import pytest
 
 import bladesmith
+from bladesmith.codegen.version import SITE
 
 from ..support.checkout import CHECKOUT
 
-PROJECT = tomllib.loads((CHECKOUT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+DECLARED = tomllib.loads((CHECKOUT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT, BUILD = DECLARED["project"], DECLARED["build-system"]
+WORKFLOWS = sorted((CHECKOUT / ".github" / "workflows").glob("*.yml"))
 RECIPE = (CHECKOUT / "packaging" / "conda" / "meta.yaml").read_text(encoding="utf-8")
 
 
@@ -35,7 +39,42 @@ def test_the_recipe_needs_what_the_package_needs() -> None:
     assert re.findall(pattern[2], file.read_text(encoding="utf-8")) == [bladesmith.__version__]
 
 
-@pytest.mark.parametrize("path", sorted((CHECKOUT / ".github" / "workflows").glob("*.yml")), ids=lambda p: p.stem)
+def test_the_recipe_renders() -> None:
+    yaml = pytest.importorskip("yaml")
+
+    def load_file_regex(path: str, pattern: str, from_recipe_dir: bool) -> re.Match[str] | None:
+        assert from_recipe_dir
+        return re.search(pattern, (CHECKOUT / "packaging" / "conda" / path).read_text(encoding="utf-8"))
+
+    toolchain = {name: lambda language, name=name: f"{name}_{language}" for name in ("compiler", "stdlib")}
+    names = {"PYTHON": "python", "target_platform": "osx-arm64", "load_file_regex": load_file_regex, **toolchain}
+    recipe = yaml.safe_load(jinja2.Environment(undefined=jinja2.StrictUndefined).from_string(RECIPE).render(names))
+    order = ["package", "source", "build", "requirements", "test", "about", "extra"]
+    assert list(recipe) == order and list(recipe["requirements"]) == ["build", "host", "run"]
+    assert recipe["package"] == {"name": PROJECT["name"], "version": bladesmith.__version__}
+    assert "-m pip install . " in recipe["build"]["script"] and "pip check" in recipe["test"]["commands"]
+    assert set(BUILD["requires"]) <= {need.replace(" ", "") for need in recipe["requirements"]["host"]}
+    assert recipe["about"]["license"] == PROJECT["license"] and (CHECKOUT / recipe["about"]["license_file"]).exists()
+    assert [recipe["about"][key] for key in ("home", "doc_url")] == [
+        PROJECT["urls"][key] for key in ("Homepage", "Documentation")
+    ]
+
+
+def test_the_address_of_the_site_and_its_pages() -> None:
+    assert PROJECT["urls"]["Documentation"] == SITE
+    named = [
+        name
+        for folder in ("runtime", "codegen")
+        for path in (CHECKOUT / folder).rglob("*.py")
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if "site_page(" in line or "@options.command(" in line
+        for name in re.findall(r"""["']([a-z_]+/[a-z_]+|index)["']\)""", line)
+    ]
+    assert len(named) >= 14
+    assert all((CHECKOUT / "docs" / f"{name}.md").exists() for name in named)
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda p: p.stem)
 def test_workflows_run_what_is_there(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     for command in re.findall(r"run: (.+)", text):

@@ -4,7 +4,7 @@ On the null basis a multivector is x = A + B n0 + C n_inf + D (n0 ^ n_inf) with 
 idempotents P = -n0 n_inf/2, Q = -n_inf n0/2 and the units E12 = n0, E21 = -n_inf/2 it is the 2 x 2 matrix
 x = (A - D) P + B E12 - 2 C E21 + (A + D) Q over Cl(3,0), whose odd units involute what they pass. Cl(3,0) is the
 algebra of 2 x 2 complex matrices (Pauli). Errors are relative to the largest coefficients of each block, not to
-each term: see docs/development/decisions.md.
+each term: see docs/development/decisions/arithmetic.md.
 """
 
 from __future__ import annotations

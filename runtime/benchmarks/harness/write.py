@@ -6,11 +6,13 @@ import json
 import math
 import os
 import platform
+import re
 import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
+from datetime import date
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,7 @@ from ...common.executors import Payload, Task, run_pieces
 from ...common.files import as_path, write_atomically
 from ...common.progress import ProgressOption, open_progress
 from ...errors import InputError, MissingExtraError
+from ...plot.palette import SERIES
 from ..registry import load_study
 from .runner import SEED, Measurement, run_study, time_text
 from .study import Study
@@ -40,6 +43,7 @@ def machine() -> dict[str, str]:
         except PackageNotFoundError:
             continue
     return {
+        "date": date.today().isoformat(),
         "processor": f"{processor_name()}, {os.cpu_count()} threads",
         "system": f"{platform.system()} {platform.machine()}",
         "python": sys.version.split()[0],
@@ -163,8 +167,9 @@ def write_report(results: Sequence[tuple[Study, Sequence[Measurement]]], folder:
     return _write_page(results, home)
 
 
-def _choices(results: Sequence[tuple[Study, Sequence[Measurement]]]) -> str:
-    """What the page chooses methods from, as JSON that may stand in HTML; empty where there is nothing to choose."""
+def _choices(results: Sequence[tuple[Study, Sequence[Measurement]]]) -> dict[str, str]:
+    """What the page chooses methods from, as JSON that may stand in HTML (empty where there is nothing to choose), and
+    the colors of methods."""
     studies = {
         study.name: {
             "title": study.title,
@@ -181,7 +186,35 @@ def _choices(results: Sequence[tuple[Study, Sequence[Measurement]]]) -> str:
         for study, rows in results
         if study.promised is None
     }  # fmt: skip
-    return json.dumps(studies).replace("<", "\\u003c") if studies else ""
+    measured = json.dumps(studies, separators=(",", ":")).replace("<", "\\u003c") if studies else ""
+    return {"measured": measured, "colors": " ".join(SERIES)}
+
+
+def publish(
+    results: Sequence[tuple[Study, Sequence[Measurement]]], path: Path, about: Mapping[str, str], quick: bool = False
+) -> None:
+    """Write the page of a report as Markdown (MyST), for a site that Sphinx makes: the chooser and the tables.
+
+    Parameters
+    ----------
+    about : mapping
+        Of the machine that measured: see `machine`.
+    quick : bool
+        Whether the runs were quick: the page says so.
+    """
+    page = render(
+        "page.md.j2", about=about, quick=quick, results=results, time=time_text, md=_markdown, **_choices(results)
+    )
+    write_atomically(path, page)
+
+
+def _markdown(text: str) -> str:
+    """Text whose characters mean nothing in Markdown, but for code in backticks."""
+
+    def plain(found: re.Match[str]) -> str:
+        return found[0] if found[0].startswith("`") else "&lt;" if found[0] == "<" else f"\\{found[0]}"
+
+    return re.sub(r"`[^`]*`|[\\*_|$<\[\]]", plain, text)
 
 
 def _write_page(results: Sequence[tuple[Study, Sequence[Measurement]]], folder: Path) -> Path:
@@ -195,6 +228,6 @@ def _write_page(results: Sequence[tuple[Study, Sequence[Measurement]]], folder: 
     }
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / "report.json", json.dumps(raw, indent=1) + "\n")
-    page = render("index.html.j2", machine=about, results=results, time=time_text, measured=_choices(results))
+    page = render("index.html.j2", machine=about, results=results, time=time_text, **_choices(results))
     write_atomically(folder / "index.html", page)
     return folder / "index.html"

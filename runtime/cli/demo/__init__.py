@@ -11,7 +11,7 @@ from .. import options
 from . import parts
 
 
-@options.command("demo && open bladesmith-demo/index.html")
+@options.command("demo && open bladesmith-demo/index.html", "index")
 @options.output_folder("bladesmith-demo")
 @click.option("--width", type=click.IntRange(16, 8192), help="Width of the picture; default: the scene's.")
 @options.threads

@@ -32,7 +32,7 @@ class ExportedDeltaRobot(DeltaGeometry):
         self, language: str, folder: str | Path, name: str = "delta", *, elbow: Any = "outer", root: str = "far",
         dtype: str = "", split: bool = False,
     ) -> list[Path]:  # fmt: skip
-        """Write the robot as a source file that needs nothing of this package; see docs/algebra/export.md.
+        """Write the robot as a source file that needs nothing of this package; see :doc:`/algebra/export`.
 
         It has the functions ``inverse``, ``forward``, ``inverse_jacobian`` and ``forward_jacobian``, each with the code
         of a status, with the same bits as the methods.

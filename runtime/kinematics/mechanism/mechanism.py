@@ -66,7 +66,7 @@ class Mechanism(MechanismDynamics, Displayed):
         self, language: str, folder: str | Path, driven: Sequence[Any], name: str = "mechanism", *, dtype: str = "",
         split: bool = False,
     ) -> list[Path]:  # fmt: skip
-        """Write the search for poses as a source file that needs nothing of this package; see docs/algebra/export.md.
+        """Write the search for poses as a source file that needs nothing of this package; see :doc:`/algebra/export`.
 
         Parameters
         ----------

@@ -132,7 +132,7 @@ class Chain(SerialChainData):
     def export(
         self, language: str, folder: str | Path, name: str = "robot", *, dtype: str = "", split: bool = False
     ) -> list[Path]:
-        """Write the chain as a source file that needs nothing of this package; see docs/algebra/export.md.
+        """Write the chain as a source file that needs nothing of this package; see :doc:`/algebra/export`.
 
         It has the functions ``motor``, ``matrix`` (4, 4) of the tool's frame, and ``jacobian`` (6, n) of its origin
         along the world's axes, with the same bits as `forward` and `jacobian`; nothing is allocated.
@@ -229,7 +229,7 @@ class Chain(SerialChainData):
             Remaining rotation, in radians, and distance, in the chain's `length`.
         iterations, attempts : int
             Steps of each attempt, and number of attempts; the first is from ``start``. Some reachable poses at which
-            arms are singular are missed with the defaults (docs/motion/kinematics.md).
+            arms are singular are missed with the defaults (:doc:`/motion/kinematics`).
         nearest : bool
             Keep the coordinates of least error where the target was not reached, instead of NaN: the least of
             angle^2 + (distance / length)^2 that the attempts find, which then take three times as long.

@@ -195,7 +195,7 @@ def estimate_rotor(
     refine by them.
 
     Thesis 5.3. Algorithm 1 moves each object half of its displacement by the square root of its rotor, with the
-    corrections of docs/decisions: it stops when a loop changes the motor, up to sign, by less than 1e-13. Rounds are
+    corrections that this needs: it stops when a loop changes the motor, up to sign, by less than 1e-13. Rounds are
     represented by their carriers (center and axis), since the rotor between rounds is not a motor, and the motor next
     to it does not converge. Points and spheres take their axes from another one, half of the model away; a point alone
     determines no rotation. Parallel axes determine no rotation about themselves: where all are parallel, the linear

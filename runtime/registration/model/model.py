@@ -288,7 +288,7 @@ class Model(Displayed):
     # -- files ---------------------------------------------------------------------------------------------
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a JSON file, whole or not at all (docs/registration/models.md); `load` gives the same model again.
+        """Write a JSON file, whole or not at all (:doc:`/registration/models`); `load` gives the same model again.
 
         Raises
         ------
@@ -301,7 +301,7 @@ class Model(Displayed):
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Model:
-        """Read a JSON file (docs/registration/models.md).
+        """Read a JSON file (:doc:`/registration/models`).
 
         Raises
         ------

@@ -90,7 +90,7 @@ class Scene(Immutable):
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
-        """Read a scene file (docs/geometry/scenes.md).
+        """Read a scene file (:doc:`/geometry/scenes`).
 
         Raises
         ------

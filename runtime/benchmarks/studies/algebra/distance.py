@@ -122,7 +122,7 @@ STUDY = Study(
     unit="in body sizes",
     count=300,
     copies=COPIES,
-    source="MATHS of the null basis: docs/development/decisions.md; motions: thesis 1.2.6",
+    source="null basis: docs/development/decisions/formulas.md; motions: thesis 1.2.6",
     notes="Each time includes making the motor and the point and reading the result. The local origin subtracts and "
     "adds the position in double precision.",
 )
