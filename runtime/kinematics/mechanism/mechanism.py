@@ -83,13 +83,18 @@ class Mechanism(MechanismDynamics, Displayed):
         Raises
         ------
         InputError
-            If a joint is unknown or has not one coordinate, or joints are coupled.
+            If a joint is unknown or has not one coordinate, joints are coupled, or numbers are float32.
             {refusals}
         """
         from ...codegen.export.export import export
         from ..exporting.mechanisms import mechanism_items
 
         options = ExportOptions(language, name, dtype, split)
+        if options.precision == "f32":
+            raise InputError(
+                f"poses of a mechanism are found with float64 numbers, and {language} would have float32.",
+                remedy="Export it in a language with float64, without dtype.",
+            )
         found = [self.find_joint(x) for x in driven]
         joints = [j for j in found if j is not None]
         if not joints or len(joints) < len(found) or not is_usual(self, joints):

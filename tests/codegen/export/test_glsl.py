@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -19,14 +18,10 @@ from bladesmith.codegen.rings.protocol import STUMPFF
 from bladesmith.errors import InputError
 
 from ...support.export.drivers import run_driver
-from ...support.export.shaders import shader_program
+from ...support.export.shaders import assert_valid, shader_program
 from ...support.export.small import algorithm_to_export, copied, first_shifted, shifted, total, twice_shifted
 from ...support.export.stock import Case, different_rows, exported_modules, module_variants, stock_cases
 
-SHADERS = [
-    ("330", "frag", ""), ("300 es", "frag", ""), ("450", "frag", ""), ("320 es", "frag", ""),
-    ("430", "comp", "layout(local_size_x = 1) in;"), ("310 es", "comp", "layout(local_size_x = 1) in;"),
-]  # fmt: skip
 #: Numbers are float where nothing is said.
 SHIM = ["g++", "-O1", "-ffp-contract=off", "-fsingle-precision-constant"]
 _TURNING = frozenset(("sin", "cos", *STUMPFF))
@@ -53,17 +48,6 @@ def test_algorithms_that_need_pointers_are_refused(function: AlgorithmFunction, 
     with pytest.raises(InputError, match=f"{function.__name__}.*{what}"):
         export(items, tmp_path / "new", ExportOptions("glsl", "some"))
     assert not (tmp_path / "new").exists()
-
-
-def assert_valid(path: Path) -> None:
-    """Compile the file at the beginning of shaders of several versions."""
-    if not shutil.which("glslangValidator"):
-        pytest.skip("no glslangValidator (Debian: glslang-tools)")
-    for version, stage, layout in SHADERS:
-        shader = path.with_name(f"shader.{stage}")
-        shader.write_text(f"#version {version}\n{path.read_text()}\n{layout}\nvoid main() {{}}\n")
-        found = subprocess.run(["glslangValidator", str(shader)], capture_output=True, text=True, check=False)
-        assert found.returncode == 0 and "WARNING" not in found.stdout, f"{version} {stage}: {found.stdout}"
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ from bladesmith.codegen.api import KernelFunction
 from bladesmith.codegen.checks.errors import compare, exact_rows
 from bladesmith.codegen.checks.exact_items import ColumnRing
 from bladesmith.codegen.checks.operands import operand_cases
+from bladesmith.codegen.errors import TraceError
 from bladesmith.codegen.rings.dual import DualRing
 from bladesmith.codegen.rings.protocol import NumericRing, PrecisionRing, Ring
 from bladesmith.codegen.trace.kernel import Kernel, operand, value_layouts
@@ -157,3 +158,15 @@ def test_stock_kernel(algebra: str, name: str) -> None:
 )
 def test_some_kernels(name: str) -> None:
     check("cga3d", f"cga3d_{name}")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("algebra", "name"), all_kernels()[:: 1 if FULL else 80], ids=lambda v: str(v))
+def test_reverse_derivative_of_a_reverse_derivative(algebra: str, name: str) -> None:
+    pullback = kernel_of(algebra, name).pullback()
+    if any(node.op in ("stumpff6", "stumpff7") for node in pullback.traced.graph.nodes):  # these have no derivatives
+        with pytest.raises(TraceError, match="beyond stumpff7"):
+            check_exactly(pullback)
+        return
+    check_exactly(pullback)
+    check_rounding(pullback)

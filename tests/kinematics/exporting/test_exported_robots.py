@@ -16,6 +16,7 @@ from bladesmith.kinematics.io.reader import load_mechanism
 from bladesmith.kinematics.urdf.reader import urdf_example
 
 from ...support.checkout import CHECKOUT
+from ...support.export.shaders import assert_valid
 from ...support.export.shared import SharedLibrary
 
 EXAMPLES = CHECKOUT / "examples" / "kinematics"
@@ -90,6 +91,19 @@ def test_exported_mechanism_has_the_bits_of_the_mechanism(file: str, tmp_path: P
     assert library("poses", wanted, start, motors, matrices) == 3
     if len(model.inputs) > 1:  # one leg much longer than the others
         assert library("poses", 50.0 * np.eye(len(model.inputs))[0], start, motors, matrices) in (1, 2)
+
+
+def test_robots_that_a_language_cannot_have_are_refused(tmp_path: Path) -> None:
+    arm = Chain.from_dh(ROWS["scara"][1], joints="RRPR")
+    with pytest.raises(InputError, match="hands a part of"):
+        arm.export("glsl", tmp_path / "new")
+    model = load_mechanism(EXAMPLES / "four_bar.toml").model
+    for options in ({"language": "glsl"}, {"language": "c99", "dtype": "float32"}):
+        with pytest.raises(InputError, match="found with float64 numbers"):
+            model.mechanism.export(folder=tmp_path / "new", driven=model.inputs, **options)
+    assert not (tmp_path / "new").exists()
+    (path,) = DeltaRobot(0.4, 0.1, 0.5, 1.0).export("glsl", tmp_path)
+    assert_valid(path)
 
 
 def test_robot_of_a_file_is_exported_as_its_chain(tmp_path: Path) -> None:

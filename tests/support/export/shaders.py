@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
 
 from bladesmith.codegen.export.unit import Unit
 
 from .drivers import c_program, prefixed
 
+_SHADERS = [
+    ("330", "frag", ""), ("300 es", "frag", ""), ("450", "frag", ""), ("320 es", "frag", ""),
+    ("430", "comp", "layout(local_size_x = 1) in;"), ("310 es", "comp", "layout(local_size_x = 1) in;"),
+]  # fmt: skip
 _BUILT_IN = """
 #include <cmath>
 #include <cstring>
@@ -26,3 +35,14 @@ def shader_program(unit: Unit, text: str, count: int) -> str:
     text = re.sub(r"\b(?:in)?out (\w+) (\w+)(\[\d+\])", r"\1 (&\2)\3", text)
     text = re.sub(r"\b(?:in)?out (\w+) (\w+)", r"\1 &\2", text)
     return c_program(unit, count, _BUILT_IN + text, prefixed(unit), prefixed(unit))
+
+
+def assert_valid(path: Path) -> None:
+    """Compile the file at the beginning of shaders of several versions."""
+    if not shutil.which("glslangValidator"):
+        pytest.skip("no glslangValidator (Debian: glslang-tools)")
+    for version, stage, layout in _SHADERS:
+        shader = path.with_name(f"shader.{stage}")
+        shader.write_text(f"#version {version}\n{path.read_text()}\n{layout}\nvoid main() {{}}\n")
+        found = subprocess.run(["glslangValidator", str(shader)], capture_output=True, text=True, check=False)
+        assert found.returncode == 0 and "WARNING" not in found.stdout, f"{version} {stage}: {found.stdout}"
