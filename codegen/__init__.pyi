@@ -17,6 +17,7 @@ from .algebra.multivector import stumpff3 as stumpff3
 from .algebra.schema import load_spec as load_spec
 from .algorithm_api import AlgorithmDerivative as AlgorithmDerivative
 from .algorithm_api import AlgorithmFunction as AlgorithmFunction
+from .algorithm_api import AlgorithmPullback as AlgorithmPullback
 from .algorithm_api import algorithm as algorithm
 from .api import KernelFunction as KernelFunction
 from .api import kernel as kernel

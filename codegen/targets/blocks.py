@@ -27,11 +27,13 @@ from ..ir.loops.nodes import (
     Variable,
     View,
     While,
+    assigned_variables,
     expressions,
+    names_in,
     walk,
 )  # fmt: skip
 from .loops import LoopPrinter
-from .uses import assigned_variables, is_inside_one_block, names_in, uses
+from .uses import is_inside_one_block, uses
 
 _LINE = 118
 

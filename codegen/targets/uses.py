@@ -4,29 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..ir.loops.nodes import Assign, Call, Expression, Statement, Variable, blocks, expressions, parts, walk
-
-
-def assigned_variables(body: Sequence[Statement], deep: bool = True) -> list[Variable]:
-    """Numbers that some statements assign to, each once; what counts a loop belongs to the loop."""
-    found: dict[Variable, None] = {}
-    for statement in walk(tuple(body)) if deep else body:
-        if isinstance(statement, Assign):
-            found[statement.target] = None
-        elif isinstance(statement, Call):
-            found.update(dict.fromkeys(statement.results))
-    return list(found)
-
-
-def names_in(expression: Expression) -> set[str]:
-    """Numbers and arrays of an expression."""
-    found = set()
-    for part in parts(expression):
-        if isinstance(part, Variable):
-            found.add(part.name)
-        if hasattr(part, "array"):
-            found.add(part.array.name)
-    return found
+from ..ir.loops.nodes import Statement, assigned_variables, blocks, expressions, names_in, walk
 
 
 def uses(body: Sequence[Statement], name: str) -> bool:

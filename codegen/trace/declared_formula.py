@@ -141,6 +141,10 @@ class DeclaredFormula:
         """What derivatives of algorithms call: the tangents of the results, from the inputs and directions of some."""
         return self.along(varying).kernel_signature
 
+    def pullback_signature(self, varying: tuple[str, ...]) -> KernelSignature:
+        """What reverse derivatives of algorithms call: cotangents of some inputs, from those of the values."""
+        return self.pullback(*varying).kernel_signature
+
     # -- derivatives ---------------------------------------------------------------------------------------
 
     @property

@@ -26,7 +26,7 @@ _DIGITS = 8
 #: Letters of a static value in a name, and of a name.
 _LONGEST, _LONGEST_NAME = 24, 96
 #: Numbers in the local arrays of an algorithm and of those that it calls: C has them on the stack.
-_MOST_LOCAL = 1 << 17
+MOST_LOCAL = 1 << 17
 
 
 class Algorithm:
@@ -124,12 +124,12 @@ class Algorithm:
         results = reader.results or ()
         function = Function(
             name, self.text.note, tuple(parameters), results, body, self.is_inline, self.is_library,
-            self._rule(arguments), self.is_still,
+            self._rule(arguments), self.is_still, where=self.text.place(self.text.tree),
         )  # fmt: skip
-        if function.local_size > _MOST_LOCAL:
+        if function.local_size > MOST_LOCAL:
             self.text.refuse(
                 self.text.tree,
-                f"local arrays have {function.local_size} numbers, with those of its callees; {_MOST_LOCAL} fit",
+                f"local arrays have {function.local_size} numbers, with those of its callees; {MOST_LOCAL} fit",
                 "Take a large array as a parameter: InOut[...].",
             )
         return function

@@ -6,7 +6,7 @@ offset into it. Expressions have no side effects; calls are statements.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -149,12 +149,14 @@ class For:
     stop: Expression
     step: int
     body: tuple[Statement, ...]
+    where: str = field(default="", compare=False, repr=False)  # file and line
 
 
 @dataclass(frozen=True)
 class While:
     condition: Expression
     body: tuple[Statement, ...]
+    where: str = field(default="", compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -232,6 +234,7 @@ class Function:
     rule: Callable[[], Function] | None = field(default=None, repr=False)
     is_still: bool = False
     home: str = ""
+    where: str = field(default="", repr=False)
 
     def walk(self) -> Iterator[Statement]:
         """All statements, in the order of the text."""
@@ -302,6 +305,37 @@ def parts(expression: Expression) -> Iterator[Expression]:
                 yield from parts(each)
         case _:
             pass
+
+
+def names_in(expression: Expression) -> set[str]:
+    """Numbers and arrays of an expression."""
+    found = set()
+    for part in parts(expression):
+        if isinstance(part, Variable):
+            found.add(part.name)
+        if hasattr(part, "array"):
+            found.add(part.array.name)
+    return found
+
+
+def outputs(call: Call) -> list[View]:
+    """Arrays that a call writes to."""
+    if isinstance(call.callee, KernelSignature):
+        found = call.arguments[: len(call.callee.outputs)]
+    else:
+        found = tuple(a for p, a in zip(call.callee.parameters, call.arguments, strict=True) if p.access != "in")
+    return [a for a in found if isinstance(a, View)]
+
+
+def assigned_variables(body: Sequence[Statement], deep: bool = True) -> list[Variable]:
+    """Numbers that some statements assign to, each once; what counts a loop belongs to the loop."""
+    found: dict[Variable, None] = {}
+    for statement in walk(tuple(body)) if deep else body:
+        if isinstance(statement, Assign):
+            found[statement.target] = None
+        elif isinstance(statement, Call):
+            found.update(dict.fromkeys(statement.results))
+    return list(found)
 
 
 # -- index arithmetic ----------------------------------------------------------------------------------------------

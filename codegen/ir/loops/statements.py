@@ -200,7 +200,7 @@ class StatementReader(CallReader):
         self._reach()
         self.loops.pop()
         self.scope.defined = before
-        self.emit(For(variable, start, stop, step, body))
+        self.emit(For(variable, start, stop, step, body, self.text.place(node)))
 
     def _changed_names(self, node: ast.AST) -> set[str]:
         return set(bound_names(node))
@@ -234,7 +234,7 @@ class StatementReader(CallReader):
             self.scope.join(*loop.leaves)
         self._reach(bool(loop.leaves) if is_endless else True)
         value = Constant(True, BOOL) if isinstance(condition, Static) else self.number(node.test, condition)
-        self.emit(While(value, body))
+        self.emit(While(value, body, self.text.place(node)))
 
     def _jump(self, node: ast.Break | ast.Continue) -> None:
         if not self.loops or self.loops[-1].is_unrolled:

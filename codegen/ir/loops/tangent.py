@@ -40,8 +40,8 @@ from .nodes import (
 from .scope import fresh_name
 from .types import BOOL, INT, REAL, ArrayType
 
-#: Derivatives of functions of one number: from the argument and its tangent.
-_OF_ONE: dict[str, Callable[[Expression, Expression], Expression]] = {
+#: Derivatives of functions of one number: from the argument and its tangent, or in reverse its cotangent.
+OF_ONE: dict[str, Callable[[Expression, Expression], Expression]] = {
     "sqrt": lambda x, d: _times(d, _over(real(0.5), Intrinsic("sqrt", (x,), REAL))),
     "abs": lambda x, d: Select(Binary("<", x, real(0.0), BOOL), Unary("-", d, REAL), d, REAL),
     "sin": lambda x, d: _times(d, Intrinsic("cos", (x,), REAL)),
@@ -124,7 +124,7 @@ class _Reader:
     def __init__(self, function: Function, wrt: frozenset[str]) -> None:
         self.function = function
         self.active = self._active(wrt)
-        self.taken = {p.name for p in function.parameters} | {n for s in function.walk() for n in _bound(s)}
+        self.taken = names_of(function)
         self.names: dict[str, str] = {}
 
     def name(self, name: str) -> str:
@@ -308,9 +308,9 @@ class _Reader:
         tangents = [self.d(a) if a.type == REAL else None for a in arguments]
         if all(t is None for t in tangents):
             return None
-        if name in _OF_ONE:
+        if name in OF_ONE:
             assert tangents[0] is not None
-            return _OF_ONE[name](arguments[0], tangents[0])
+            return OF_ONE[name](arguments[0], tangents[0])
         a, b = arguments
         da, db = tangents
         if name in ("min", "max"):
@@ -336,25 +336,36 @@ def _varying_parameters(callee: Function, arguments: Sequence[Any], active: set[
 
 
 def _depends(expression: Expression, active: set[str]) -> bool:
-    """Whether a number varies: what only decides, counts or is an index does not."""
+    """Whether a number varies."""
+    return not active.isdisjoint(sources(expression))
+
+
+def sources(expression: Expression) -> set[str]:
+    """Numbers and arrays that an expression varies with: what only decides, counts or is an index it does not."""
     match expression:
         case Variable(name, type):
-            return type == REAL and name in active
+            return {name} if type == REAL else set()
         case Load(array, _):
-            return array.type.scalar == REAL and array.name in active
+            return {array.name} if array.type.scalar == REAL else set()
         case Unary(_, operand, _):
-            return _depends(operand, active)
+            return sources(operand)
         case Binary(_, left, right, type):
-            return type == REAL and (_depends(left, active) or _depends(right, active))
+            return sources(left) | sources(right) if type == REAL else set()
         case Select(_, yes, no, _):
-            return _depends(yes, active) or _depends(no, active)
+            return sources(yes) | sources(no)
         case Intrinsic(_, arguments, type):
-            return type == REAL and any(_depends(a, active) for a in arguments)
+            return {name for a in arguments for name in sources(a)} if type == REAL else set()
         case _:
-            return False
+            return set()
 
 
-def _bound(statement: Statement) -> set[str]:
+def names_of(function: Function) -> set[str]:
+    """All names of an algorithm."""
+    return {p.name for p in function.parameters} | {n for s in function.walk() for n in bound_by(s)}
+
+
+def bound_by(statement: Statement) -> set[str]:
+    """Numbers and arrays that a statement itself makes or assigns to."""
     match statement:
         case Assign(target, _):
             return {target.name}

@@ -62,7 +62,11 @@ class AlgorithmText:
         """Raise with file, line and text."""
         row = getattr(node, "lineno", 1) - 1
         quoted = self.lines[row].strip() if row < len(self.lines) else ""
-        raise AlgorithmError(f"{what}, in `{quoted}`", where=f"{self.file}:{self.first + row}", remedy=remedy)
+        raise AlgorithmError(f"{what}, in `{quoted}`", where=self.place(node), remedy=remedy)
+
+    def place(self, node: ast.AST) -> str:
+        """File and line of a part of the text."""
+        return f"{self.file}:{self.first + getattr(node, 'lineno', 1) - 1}"
 
     def _names(self) -> dict[str, Any]:
         """Values of names from outside the function."""

@@ -182,17 +182,38 @@ def test_numba_has_the_bits_of_c(algebra, kind):
             assert getattr(a, name).tobytes() == getattr(b, name).tobytes()
 
 
-@pytest.mark.compiles
-@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
-def test_the_derivative_of_poses_is_the_jacobian(algebra):
-    """From dM = -S M / 2, where S is the twist of a column."""
-    chain = mixed(algebra)
+def differentiable_pose(algebra):
+    """The pose of a chain by kernels that have derivatives."""
     kernels = {}
     for name, spec in kernel_specs(algebra.name).items():
         kinds = [i.kind for i in trace_spec(spec).inputs]
         kernels[name] = KernelFunction(spec.formula, kinds, None, spec.name, kinds[0].algebra, search=False)
     identity = tuple(float(not blade) for blade in algebra.kind("rotor").blades)
-    pose = Whole(chain_algorithms(ChainKernels(**kernels), identity, CLASSES[0])).pose
+    return Whole(chain_algorithms(ChainKernels(**kernels), identity, CLASSES[0])).pose
+
+
+@pytest.mark.compiles
+def test_the_gradient_of_a_number_of_the_pose():
+    """Against tangents along each of seven joints, and their records."""
+    algebra, rng = bs.pga3d, np.random.default_rng(6)
+    chain = Chain(revolute_axis(*rng.normal(size=(2, 7, 3)), algebra), algebra.translator([0.8, 0.3, 0.0]))
+    pose, p = differentiable_pose(algebra), chain.parameters
+    given = (p.joints, p.tool[None], p.base, rng.uniform(-2, 2, (9, 7)))
+    weights = rng.normal(size=(9, 1, 8))
+    d_joints, d_x = pose.vjp(*given, wrt=("joints", "x"))(weights)
+    expected = [(pose.derivative("x")(*given, along)[1] * weights).sum((1, 2)) for along in np.eye(7)]
+    assert np.abs(d_x - np.array(expected).T).max() < 1e-14 * np.abs(expected).max()
+    along = rng.normal(size=p.joints.shape)
+    expected = (pose.derivative("joints")(*given, along)[1] * weights).sum()
+    assert abs((d_joints * along).sum() - expected) < 1e-12 * np.abs(d_joints * along).sum()
+
+
+@pytest.mark.compiles
+@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
+def test_the_derivative_of_poses_is_the_jacobian(algebra):
+    """From dM = -S M / 2, where S is the twist of a column."""
+    chain = mixed(algebra)
+    pose = differentiable_pose(algebra)
     p, q = chain.parameters, np.random.default_rng(2).uniform(-2, 2, (5, 4))
     motors = chain.forward(q)
     for j in range(4):

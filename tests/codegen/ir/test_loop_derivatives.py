@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import mpmath
 import numpy as np
 import pytest
 
@@ -31,9 +30,10 @@ from bladesmith.codegen.language import (
     zeros,
 )  # fmt: skip
 
+from ...support.targets.derivatives import differences, precise
+
 cga = bs.cga3d
 pytestmark = pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
-DIGITS = 60
 
 
 @algorithm
@@ -114,32 +114,6 @@ CASES: list[tuple[Any, tuple[Any, ...], tuple[str, ...]]] = [
 IDS = [f"{case[0].name}_d_{'_'.join(case[2])}" for case in CASES]
 
 
-def flat(found: Any) -> Any:
-    """All numbers of one item's results."""
-    items = found if isinstance(found, tuple) else (found,)
-    return np.concatenate([np.ravel(np.asarray(v, dtype=object)) for v in items])
-
-
-def differences(function: Any, item: Any, directions: dict[str, Any], context: Any) -> Any:
-    """Central differences of the text with many digits."""
-    names = [p.name for p in function.text.parameters if p.access != "out"]
-    h = context.mpf(10) ** -20
-
-    def moved(sign: int) -> Any:
-        arguments = []
-        for name, value in zip(names, item, strict=True):
-            if name in directions:
-                values, steps = np.asarray(value, object), np.asarray(directions[name], object)
-                moved_value = np.empty(values.shape, object)
-                for k in np.ndindex(values.shape):
-                    moved_value[k] = context.mpf(float(values[k])) + sign * h * context.mpf(float(steps[k]))
-                value = moved_value if values.ndim else moved_value[()]
-            arguments.append(value)
-        return flat(function.reference(*arguments, numbers=context))
-
-    return [float(v) for v in (moved(1) - moved(-1)) / (2 * h)]
-
-
 def tangents(function: Any, results: Any) -> Any:
     """Of a derivative's results: those that are tangents, one item a row."""
     items = list(results)
@@ -158,8 +132,7 @@ def test_tangents_are_those_of_the_text(case: Any) -> None:
     values = function(*arguments)
     count = len(values) if isinstance(values, tuple) else 1
     assert len(found) == 2 * count
-    context = mpmath.mp.clone()
-    context.dps = DIGITS
+    context = precise()
     computed = tangents(function, found)
     for i in range(len(arguments[0])):
         own = {name: d[i] for name, d in directions.items()}
@@ -246,8 +219,7 @@ def around(a: Vector[2], n: Int, out: Out[Vector[2]]) -> Real:
 def test_declared_derivatives() -> None:
     """Against the text's at 60 digits; what is still adds nothing."""
     a, d_a, steps = np.array([0.3, 0.7]), np.array([0.2, -0.4]), 60
-    context = mpmath.mp.clone()
-    context.dps = DIGITS
+    context = precise()
     (expected,) = differences(damped, (a, 300), {"a": d_a}, context)
     out, d_out, x, dx = around.derivative("a")(a, steps, d_a)
     assert np.allclose([dx, d_out[0]], [expected, 2 * x * expected], rtol=1e-14)

@@ -205,3 +205,23 @@ def test_random_algorithms_have_the_same_bits_on_several_items(
     for tag in TAGS:
         found = by_lanes(run, given, ITEMS, tag, shared)
         same_bits([f.reshape(e.shape) for f, e in zip(found, expected, strict=True)], expected)
+
+
+@pytest.mark.compiles
+@pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
+def test_cotangents_of_random_algorithms_are_those_of_tangents(tmp_path: Path) -> None:
+    """Paired with directions as the tangents are with the cotangents of the results."""
+    module, rng = module_of(100, tmp_path), np.random.default_rng(100)
+    sizes = ((ITEMS, 4), (ITEMS, 3, 3), (ITEMS,))
+    for k in range(2):
+        function = getattr(module, f"f{k}")
+        x, a, s = (rng.normal(size=size) for size in sizes)
+        given = (x, rng.integers(-30, 30, (ITEMS, 4)), a, s, rng.integers(-20, 20, ITEMS))
+        along, weights = ([rng.normal(size=size) for size in sizes] for _ in range(2))
+        _, _, _, dx, da, _, _, d_result = function.derivative("x", "a", "s")(*given, *along)
+        found = function.pullback("x", "a", "s")(*given, *weights)
+        pairs = [np.sum((c * t).reshape(ITEMS, -1), 1) for c, t in zip(weights, (dx, da, d_result), strict=True)]
+        others = [np.sum((c * t).reshape(ITEMS, -1), 1) for c, t in zip(found, along, strict=True)]
+        known = np.isfinite(sum(pairs))
+        scale = sum(np.abs(p) for p in (*pairs, *others))[known]
+        assert known.sum() > ITEMS // 2 and np.all(np.abs(sum(pairs) - sum(others))[known] <= 1e-12 * scale)

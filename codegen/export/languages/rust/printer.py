@@ -16,6 +16,7 @@ from ....ir.loops.nodes import (
     Load,
     Variable,
     View,
+    assigned_variables,
     integer,
     parts,
     plus,
@@ -25,7 +26,6 @@ from ....ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
 from ....targets.blocks import wrap_arguments
 from ....targets.loops import ATOM
 from ....targets.templates import render
-from ....targets.uses import assigned_variables
 from ...bound import Table
 from ...names import camel_case
 from ...places import result_of

@@ -23,11 +23,11 @@ from ....ir.loops.nodes import (
     Variable,
     boolean,
     integer,
+    names_in,
     parts,
     real,
 )  # fmt: skip
 from ....ir.loops.types import BOOL, INT, REAL, Scalar
-from ...uses import names_in
 from .paths import varies
 
 #: The items that are meant; None: all.

@@ -22,10 +22,11 @@ from ....ir.loops.nodes import (
     View,
     boolean,
     integer,
+    outputs,
     plus,
 )  # fmt: skip
 from ....ir.loops.types import INT
-from .paths import is_wide_call, outputs, varies
+from .paths import is_wide_call, varies
 from .places import Places
 
 

@@ -28,13 +28,14 @@ from ....ir.loops.nodes import (
     Unary,
     Variable,
     While,
+    assigned_variables,
     blocks,
     boolean,
     integer,
     walk,
 )  # fmt: skip
 from ....ir.loops.types import BOOL, INT, Parameter
-from ...uses import assigned_variables, is_inside_one_block
+from ...uses import is_inside_one_block
 from .guards import Mask, any_of, both, but_not, zero
 from .masked_calls import CallMasker
 from .paths import varies

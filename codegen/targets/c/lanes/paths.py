@@ -29,9 +29,9 @@ from ....ir.loops.nodes import (
     While,
     blocks,
     expressions,
+    names_in,
 )  # fmt: skip
 from ....ir.loops.types import ArrayType, Parameter
-from ...uses import names_in
 
 #: Ids of the statements around a place that only some of the items reach, outermost first.
 Path = tuple[int, ...]
@@ -98,15 +98,6 @@ def shared_results(names: Collection[str], call: Call) -> range:
     if any(differ[: len(differ) - len(origin[1])] if origin else differ):
         return range(0)
     return range(count // 2 if any(differ) else count)
-
-
-def outputs(call: Call) -> list[View]:
-    """Arrays that a call writes to."""
-    if isinstance(call.callee, KernelSignature):
-        found = call.arguments[: len(call.callee.outputs)]
-    else:
-        found = tuple(a for p, a in zip(call.callee.parameters, call.arguments, strict=True) if p.access != "in")
-    return [a for a in found if isinstance(a, View)]
 
 
 class Paths:

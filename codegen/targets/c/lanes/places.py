@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ....ir.loops.nodes import Assign, Call, Expression, Function, Select, Statement, Store, Variable
+from ....ir.loops.nodes import Assign, Call, Expression, Function, Select, Statement, Store, Variable, outputs
 from .guards import Guards, Mask
-from .paths import Path, outputs
+from .paths import Path
 from .varying import Lanes
 
 

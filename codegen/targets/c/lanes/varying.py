@@ -24,11 +24,12 @@ from ....ir.loops.nodes import (
     View,
     While,
     expressions,
+    outputs,
     parts,
 )  # fmt: skip
 from ....ir.loops.types import REAL
 from ...loops import in_calling_order
-from .paths import OUTSIDE, Path, Paths, argument_varies, element, is_wide_call, outputs, shared_results, varies
+from .paths import OUTSIDE, Path, Paths, argument_varies, element, is_wide_call, shared_results, varies
 
 
 class Needs(NamedTuple):
