@@ -69,7 +69,7 @@ function draw(rows, accepted) { // error against time, both logarithmic; a line 
   const shown = rows.filter((row) => Number.isFinite(row.error));
   drawing.replaceChildren();
   if (!shown.length) return;
-  const [width, height, left, right, top, bottom] = [Math.min(drawing.clientWidth || 640, 760), 340, 52, 16, 14, 44];
+  const [width, height, left, right, top, bottom] = [Math.min(drawing.clientWidth || 640, 760), 340, 52, 28, 14, 44];
   const scale = (values, from, to) => {
     const [low, high] = [Math.floor(Math.log10(Math.min(...values)) - 0.2), Math.ceil(Math.log10(Math.max(...values)) + 0.2)];
     const step = Math.ceil((high - low) / (Math.abs(to - from) / 44));
@@ -79,7 +79,7 @@ function draw(rows, accepted) { // error against time, both logarithmic; a line 
   const height_of = (row) => Math.max(row.error, SMALLEST);
   const x = scale(shown.map((row) => row.ns), left, width - right);
   const y = scale(shown.map(height_of), height - bottom, top);
-  const svg = element("svg", { width, height, role: "img", "aria-label": "Largest error against time per item", fill: "currentColor", "font-size": 12 });
+  const svg = element("svg", { width, height, style: "max-width: 100%", role: "img", "aria-label": "Largest error against time per item", fill: "currentColor", "font-size": 12 });
   const note = (text, where) => svg.append(element("text", { "text-anchor": "middle", ...where }, text));
   const rule = (ends, look) => svg.append(element("line", { stroke: "currentColor", "stroke-opacity": 0.15, ...ends, ...look }));
   for (const tick of x.ticks) {
