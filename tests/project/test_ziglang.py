@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from bladesmith.codegen.build import toolchain
-from bladesmith.codegen.execute import arrays
+from bladesmith.codegen.execute import bound_kernels
 from bladesmith.codegen.targets.capabilities import NO, NUMBA, PROGRAMS
 
 from ..support.build.chapters import SWEEPS
@@ -84,5 +84,5 @@ def test_a_library_without_a_loop_that_runs_is_an_error():
         string = staticmethod(lambda text: text)
 
     module = type("Module", (), {"lib": Lib, "ffi": FFI})
-    with pytest.raises(arrays.LoopError, match="cga3d_moved was compiled for f64_v3"):
-        arrays.Library(module)
+    with pytest.raises(bound_kernels.LoopError, match="cga3d_moved was compiled for f64_v3"):
+        bound_kernels.Library(module)

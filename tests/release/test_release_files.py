@@ -39,6 +39,7 @@ def test_the_recipe_needs_what_the_package_needs() -> None:
     assert re.findall(pattern[2], file.read_text(encoding="utf-8")) == [bladesmith.__version__]
 
 
+@pytest.mark.peers
 def test_the_recipe_renders() -> None:
     yaml = pytest.importorskip("yaml")
 

@@ -254,7 +254,7 @@ CAMERAS = [
     ("motor = [1, 0, 0, 0, 0, 0, 0, 0]", "camera.y_max is missing"),
     ("motor = [1, 0, 0, 0, 0, 0, 0, 0]\ny_max = 1\nup = [0, 0, 1]", "line 4: camera.up belongs to the other"),
     ("motor = [2, 0, 0, 0, 0, 0, 0, 0]\ny_max = 1", "line 2: camera.motor is not normalized"),
-    ("motor = [1, 0, 0]\ny_max = 1", "line 2: camera.motor has 3 items"),
+    ("motor = [1, 0, 0]\ny_max = 1", "line 2: camera.motor has 3 where 8 numbers are needed"),
 ]
 
 
