@@ -13,11 +13,14 @@ from typing import Any, Literal
 
 from .algebra.algebra import Algebra, Kind
 from .errors import InputError, TraceError, needed
-from .export.options import ExportOptions, describes_options
+from .export.options import ExportOptions, describes_options, source_of
 from .kernels.compiled import TARGETS as TARGETS
 from .kernels.differentiable import DifferentiableKernel
 from .trace.declared_formula import Declared
 from .trace.kernel import Formula
+
+#: Where a package for gradients is not installed.
+_WITH_NUMPY = "The kernel's vjp gives reverse derivatives with NumPy alone: kernel.vjp(x)(cotangent)"
 
 
 def kernel(
@@ -80,7 +83,7 @@ class KernelFunction(DifferentiableKernel):
     @describes_options
     def export(
         self, language: str, folder: str | Path, *, name: str = "", dtype: str = "", derivatives: Sequence[str] = (),
-        jacobians: Sequence[str] = (), split: bool = False,
+        jacobians: Sequence[str] = (), split: bool = False, overwrite: bool = False,
     ) -> list[Path]:  # fmt: skip
         """Write the kernel as a source file that needs nothing of this package; see :doc:`/algebra/export`.
 
@@ -89,11 +92,12 @@ class KernelFunction(DifferentiableKernel):
         {language}
         {folder}
         {name}
-            Default: the algebra's.
+            Default: the kernel's.
         {dtype}
         derivatives, jacobians : sequence of str, optional
             Arguments with respect to which the forward derivative, or all partial derivatives are exported, too.
         {split}
+        {overwrite}
 
         {files}
 
@@ -106,7 +110,8 @@ class KernelFunction(DifferentiableKernel):
         """
         from .export.export import export
 
-        options = ExportOptions(language, name or self.algebra.name, dtype, split)
+        source = source_of(self.formula, self.name)
+        options = ExportOptions(language, name or self.name, dtype, split, overwrite, source)
         self._check_items("what is exported")
         for option, given in (("derivatives", derivatives), ("jacobians", jacobians)):
             if isinstance(given, str) or not isinstance(given, Sequence):
@@ -127,7 +132,7 @@ class KernelFunction(DifferentiableKernel):
             If JAX is not installed.
         """
         if self._jax is None:
-            with needed("jax", "A function of JAX arrays"):
+            with needed("jax", "A function of JAX arrays", _WITH_NUMPY):
                 from .autodiff.jax_kernels import jax_function
             self._jax = jax_function(self)
         return self._jax
@@ -144,7 +149,7 @@ class KernelFunction(DifferentiableKernel):
             If PyTorch is not installed.
         """
         if self._torch is None:
-            with needed("torch", "A function of PyTorch tensors"):
+            with needed("torch", "A function of PyTorch tensors", _WITH_NUMPY):
                 from .autodiff.torch_kernels import torch_function
             self._torch = torch_function(self)
         return self._torch

@@ -267,23 +267,25 @@ class MissingExtraError(BladesmithError, ImportError):
         The extra of this package that brings it, such as `"plot"`.
     purpose
         What it is needed for, as the beginning of a sentence: `"Saving images"`.
+    otherwise
+        What does it without, as a sentence.
     """
 
-    def __init__(self, extra: str, purpose: str = "This") -> None:
+    def __init__(self, extra: str, purpose: str = "This", otherwise: str = "") -> None:
         self.extra = extra
-        remedy = f"Run: pip install 'bladesmith[{extra}]'"
+        remedy = f"Run: pip install 'bladesmith[{extra}]'{'. ' if otherwise else ''}{otherwise}"
         super().__init__(f"{purpose} needs the extra {extra!r}", remedy=remedy)
 
 
 @contextmanager
-def needed(package: str, purpose: str) -> Iterator[None]:
+def needed(package: str, purpose: str, otherwise: str = "") -> Iterator[None]:
     """Around imports of what needs a package: where it is not installed, its extra, of the same name, is named."""
     try:
         yield
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in (package, f"{package}lib"):
             raise
-        raise MissingExtraError(package, purpose) from None
+        raise MissingExtraError(package, purpose, otherwise) from None
 
 
 __all__ = [

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import CompilerMissingError, InputError
 from ..execute.items import CLoop, ItemFunction, Loop, NumbaLoop
-from ..export.options import ExportOptions, describes_options
+from ..export.options import ExportOptions, describes_options, source_of
 from ..ir.loops.nodes import Function
 from ..ir.loops.types import REAL, ArrayType
 
@@ -71,8 +71,9 @@ class CompiledAlgorithm(ABC):
 
     @describes_options
     def export(
-        self, language: str, folder: str | Path, *arguments: Any, name: str = "", dtype: str = "", split: bool = False
-    ) -> list[Path]:
+        self, language: str, folder: str | Path, *arguments: Any, name: str = "", dtype: str = "", split: bool = False,
+        overwrite: bool = False,
+    ) -> list[Path]:  # fmt: skip
         """Write the function as a source file that needs nothing of this package; see :doc:`/algebra/export`.
 
         Parameters
@@ -85,6 +86,7 @@ class CompiledAlgorithm(ABC):
             Default: the algorithm's.
         {dtype}
         {split}
+        {overwrite}
 
         {files}
 
@@ -97,7 +99,9 @@ class CompiledAlgorithm(ABC):
         from ..export.bound import ExportedAlgorithm
         from ..export.export import export
 
-        options = ExportOptions(language, name or self.__name__, dtype, split)
+        options = ExportOptions(
+            language, name or self.__name__, dtype, split, overwrite, source_of(self, self.__name__)
+        )
         function = self.function_for(arguments or self.declared_arguments())
         return export([ExportedAlgorithm(self.__name__, function)], folder, options)
 

@@ -79,6 +79,7 @@ class AlgorithmFunction(SizedAlgorithm, CompiledAlgorithm):
     def __init__(self, function: Callable[..., Any], tangent: Algorithm | None = None, is_still: bool = False) -> None:
         SizedAlgorithm.__init__(self, function, tangent=tangent, is_still=is_still)
         CompiledAlgorithm.__init__(self)
+        self.__module__ = function.__module__
         self._pullbacks: dict[tuple[str, ...], AlgorithmPullback] = {}
 
     def __call__(self, *arguments: Any) -> Any:

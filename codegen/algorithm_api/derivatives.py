@@ -33,6 +33,7 @@ class AlgorithmDerivative(CompiledAlgorithm):
         self.algorithm = algorithm
         self.wrt = wrt
         self.__name__ = f"{algorithm.name}_d_{'_'.join(wrt)}"
+        self.__module__ = algorithm.__module__
 
     def __call__(self, *arguments: Any) -> Any:
         """Results and their tangents.
@@ -84,6 +85,7 @@ class AlgorithmPullback(CompiledAlgorithm):
         self.algorithm = algorithm
         self.wrt = wrt
         self.__name__ = f"{algorithm.name}_vjp_{'_'.join(wrt)}"
+        self.__module__ = algorithm.__module__
 
     def __call__(self, *arguments: Any) -> Any:
         """Cotangents of the parameters, of each item.

@@ -6,6 +6,7 @@ are reshaped.
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from ..algebra.algebra import Kind
-from ..errors import AlgebraMismatchError, InputError, KindError, ShapeError
+from ..algebra.mismatch import algebra_mismatch
+from ..errors import InputError, KindError, ShapeError
 from ..execute.reductions.sums import run_sums
 
 
@@ -78,7 +80,8 @@ def coefficients(kernel: str, value: Any, kind: Kind, argument: str) -> Any:
     if not hasattr(value, "as_kind"):
         return value
     if value.algebra is not kind.algebra:
-        raise AlgebraMismatchError(f"{kernel}: {argument} belongs to {value.algebra.name}, not to {kind.algebra.name}.")
+        what = f"{kernel}: {argument} belongs to {value.algebra.name}, not to {kind.algebra.name}."
+        raise algebra_mismatch(what, value, kind.algebra)
     try:
         return value.as_kind(kind).values
     except KindError as error:
@@ -112,10 +115,20 @@ def rows_of(kernel: Any, arrays: Sequence[Any]) -> list[Any]:
     for array, kind, name in zip(arrays, kernel.kinds, kernel.arguments, strict=True):
         rows = array[..., None] if kind.is_scalar_argument else array
         if rows.ndim == 0 or rows.shape[-1] != kind.size:
-            shape = tuple(array.shape)
-            raise ShapeError(f"{kernel.name}: {name} has shape {shape}; its last axis must have {kind.size} entries.")
+            what = f"{kernel.name}: {name} has shape {tuple(array.shape)}; its last axis must have {kind.size} entries."
+            raise ShapeError(what, remedy=constructor(kind))
         found.append(rows)
     return found
+
+
+def constructor(kind: Kind) -> str | None:
+    """What makes members of a kind, for messages; None where the algebra has no function for it."""
+    home = kind.algebra
+    for name in (kind.name, f"{kind.name}_from_matrix"):
+        if kind.form == "multivector" and callable(made := getattr(home, name, None)):
+            arguments = ", ".join(p for p in inspect.signature(made).parameters if p != "strict")
+            return f"{home.name}.{name}({arguments}) makes a {kind.name}"
+    return None
 
 
 def tables(arrays: Sequence[Any], lead: tuple[int, ...], broadcast_to: Callable[..., Any]) -> list[Any]:

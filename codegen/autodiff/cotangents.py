@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ShapeError
+from ..algebra.algebra import Kind
+from ..errors import InputError, ShapeError
 from ..execute.arrays import Array, Binding, broadcast_leads
 from ..execute.reductions.sums import run_sums, sum_items
 
@@ -39,6 +40,46 @@ def run_summed(kernel: Binding, arrays: Sequence[Any], leads: Sequence[tuple[int
         r if own == lead else r.reshape(*own, -1) if total else summed_to(r, own)
         for r, own, total in zip(found, leads, is_total, strict=True)
     ]
+
+
+def cotangent_rows(array: Any, kind: Kind, lead: tuple[int, ...], what: str) -> Any:
+    """A cotangent (..., size) of values (*lead, size); of values of one number also one (*lead), or a number.
+
+    Parameters
+    ----------
+    array : array
+    kind : Kind
+        Of the values.
+    lead : tuple of int
+        The items' shape.
+    what : str
+        Whose it is, for messages.
+
+    Raises
+    ------
+    InputError, ShapeError
+        If it does not hold numbers, or broadcast to the values' shape.
+    """
+    if array.dtype.kind not in "biuf":
+        raise InputError(f"{what} has type {array.dtype}; real numbers are needed.")
+    shape = array.shape
+    if kind.size == 1 and shape in ((), lead):
+        return array[..., None]
+    if shape[-1:] == (kind.size,) and _broadcasts(shape[:-1], lead):
+        return array
+    remedy = f"Give {(*lead, kind.size)}, the shape of the values"
+    if kind.size == 1 and shape[-1:] != (1,) and lead:
+        remedy += f", or {lead}: c[..., None] makes the one of the other"
+    elif shape == lead:
+        remedy += ", such as c[:, None] times a row of numbers"
+    raise ShapeError(f"{what} has shape {shape}.", remedy=remedy)
+
+
+def _broadcasts(own: tuple[int, ...], lead: tuple[int, ...]) -> bool:
+    try:
+        return np.broadcast_shapes(own, lead) == lead
+    except ValueError:
+        return False
 
 
 def summed_to(value: Array, lead: tuple[int, ...]) -> Array:

@@ -13,6 +13,7 @@ from ..optimise.variants import Variant
 from .bound import ExportedAlgorithm
 from .names import check_names
 from .options import LANGUAGES, ExportOptions
+from .overwriting import check_overwritten
 from .unit import exported_unit
 
 
@@ -36,8 +37,8 @@ def export(
     Raises
     ------
     InputError
-        If two functions have one name, or a name cannot be one in the language (nothing has been written then); or the
-        folder cannot be written to.
+        If two functions have one name, a name cannot be one in the language, or a file is there that is not this
+        export's (nothing has been written then); or the folder cannot be written to.
     """
     try:
         target = Path(folder)
@@ -45,10 +46,14 @@ def export(
         raise InputError(f"files are written to a folder, and {one_line(folder)} names none.") from None
     texts = export_texts(items, options)
     try:
+        if not options.overwrite:
+            check_overwritten(target, texts)
         target.mkdir(parents=True, exist_ok=True)
         with ExitStack() as stack:  # all are written before the first one has its name
             for file, text in texts.items():
                 stack.enter_context(replacing(target / file)).write_text(text, encoding="utf-8", newline="\n")
+    except InputError:
+        raise
     except (OSError, ValueError) as error:  # ValueError: a null character
         why = error.strerror if isinstance(error, OSError) else None
         raise InputError(f"cannot be written: {why or error}.", where=str(target)) from None
@@ -58,7 +63,7 @@ def export(
 def export_texts(items: Sequence[Variant | ExportedAlgorithm], options: ExportOptions) -> Mapping[str, str]:
     """The files of `export`, by name."""
     language = LANGUAGES[options.language]
-    unit = exported_unit(options.name, items, options.precision)
+    unit = exported_unit(options.name, items, options.precision, options.source)
     check_names(unit, options.language)
     module = import_module(f".languages.{language.module}", __package__)
     files: Callable[..., Mapping[str, str]] = getattr(module, language.function)

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import inspect
 import re
+import sys
 import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
 from ..errors import InputError, one_line, suggest
@@ -54,9 +56,12 @@ _TEXTS = {
     "    Of the numbers. Default: what is usual in the language. C++ has templates for both.",
     "split": "split : bool\n"
     "    Of C99: a header that declares the functions, and a source file that defines them; else all is in the header.",
+    "overwrite": "overwrite : bool\n"
+    "    Also a file that is there already and is not this export's: of another source, with functions that the new\n"
+    "    one has not, or not written by this package. The same export is written again without it.",
     "files": "Returns\n-------\nlist of Path\n    The files.",
-    "refusals": "If there is no such language or precision, the language cannot say it or have a name, or the folder\n"
-    "cannot be written to. Nothing has been written then.",
+    "refusals": "If there is no such language or precision, the language cannot say it or have a name, a file is\n"
+    "there that is not this export's, or the folder cannot be written to. Nothing has been written then.",
 }  # fmt: skip
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -70,9 +75,19 @@ def describes_options(export: _F) -> _F:
     return export
 
 
+def source_of(function: Any, name: str) -> str:
+    """Module and name of what a user declared; of a script the same, whether it is run or imported."""
+    module = function.__module__
+    if module == "__main__":
+        module = Path(getattr(sys.modules[module], "__file__", None) or module).stem
+    return f"{module}:{name}"
+
+
 @dataclass(frozen=True)
 class ExportOptions:
     """How files are written; what the options mean is said in `_TEXTS`.
+
+    ``source`` names what is exported, as the files say: those of one source are written again.
 
     Raises
     ------
@@ -84,6 +99,8 @@ class ExportOptions:
     name: str
     dtype: str = ""
     split: bool = False
+    overwrite: bool = False
+    source: str = ""
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str):

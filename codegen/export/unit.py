@@ -87,6 +87,8 @@ class Unit:
     entries : tuple of Entry
     mathematics : tuple of Function
         Elementary functions that all of these need, callees first.
+    source : str
+        What the functions are made from, for readers and for who writes the file again.
     """
 
     name: str
@@ -96,6 +98,7 @@ class Unit:
     functions: tuple[Function, ...]
     entries: tuple[Entry, ...]
     mathematics: tuple[Function, ...]
+    source: str = ""
 
     def name_of(self, function: Function) -> str:
         """What a function is called in the file; elementary functions have another word before theirs."""
@@ -121,7 +124,9 @@ class Unit:
         return any(f.name == FAR_OR_NEAR for f in self.mathematics)
 
 
-def exported_unit(name: str, items: Sequence[Variant | ExportedAlgorithm], precision: str = "f64") -> Unit:
+def exported_unit(
+    name: str, items: Sequence[Variant | ExportedAlgorithm], precision: str = "f64", source: str = ""
+) -> Unit:
     """Collect what the functions of a file need.
 
     Raises
@@ -147,7 +152,7 @@ def exported_unit(name: str, items: Sequence[Variant | ExportedAlgorithm], preci
     used = frozenset().union(*(own_intrinsics(f) for f in called)) & ELEMENTARY
     return Unit(
         name, precision, tuple(structs.values()), tuple(tables.values()), functions, tuple(entries.values()),
-        tuple(elementary_functions(used, precision)),
+        tuple(elementary_functions(used, precision)), source or name,
     )  # fmt: skip
 
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from ..algebra.algebra import Algebra, Kind
 from ..algebra.multivector import Multivector
-from ..autodiff.calls import coefficients
+from ..autodiff.calls import coefficients, rows_of
 from ..compiler import as_written, bind_kernel, compile_declared, optimise_quickly, print_source
-from ..errors import CompilerMissingError, InputError, TraceError
+from ..errors import CompilerMissingError, InputError, ShapeError, TraceError
 from ..execute.arrays import native_array
 from ..execute.bound_kernels import BoundKernel
 from ..execute.reductions.sums import run_sums, sum_items
@@ -135,7 +135,16 @@ class CompiledKernel(DeclaredFormula):
         bound = self.bound(target, arrays)
         if self.reduce:
             return self._wrap(_as_returned(run_sums(bound, arrays)[0], self.outputs), owner, is_proved=False)
-        return self._wrap(bound(*arrays), owner, self._is_proved(arguments))
+        try:
+            results = bound(*arrays)
+        except ShapeError:
+            self._check_axes(arrays)
+            raise
+        return self._wrap(results, owner, self._is_proved(arguments))
+
+    def _check_axes(self, arrays: Sequence[Any]) -> None:
+        """Raise if an array has not the coefficients of its kind, with what makes one."""
+        rows_of(self, [np.asarray(a) for a in arrays])
 
     def _positional(self, arguments: Sequence[Any], by_name: Mapping[str, Any]) -> tuple[Any, ...]:
         rest = self.arguments[len(arguments) :]

@@ -6,9 +6,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Self
 
+import numpy as np
+
 from ..algebra.blades import shortened_identifier
-from ..autodiff.cotangents import run_summed
-from ..errors import InputError, ShapeError
+from ..autodiff.cotangents import cotangent_rows, run_summed
+from ..errors import InputError
+from ..execute.arrays import broadcast_leads
 from ..trace.derivatives import derivative_formula, derivative_kinds, jacobian_formula
 from ..trace.kernel import value_layouts
 from .compiled import CompiledKernel
@@ -43,8 +46,9 @@ class DifferentiableKernel(CompiledKernel):
         Returns
         -------
         callable
-            Takes a cotangent of each value (statuses have none), of its shape or one that broadcasts to it, and returns
-            a tuple with one of each input, of its shape: what was broadcast has the sum over the items that share it.
+            Takes a cotangent of each value (statuses have none), of its shape or one that broadcasts to it (of values
+            of one number also of the items' shape, or a number), and returns a tuple with one of each input, of its
+            shape: what was broadcast has the sum over the items that share it.
             It reads the inputs when it is called: an array that has changed since then is another input.
             Cotangents are coefficients beside coefficients, in the kinds' order: the change of the paired sum when a
             coefficient changes, the others kept, whatever a kind's constraints say. NaN where there is no value.
@@ -59,11 +63,18 @@ class DifferentiableKernel(CompiledKernel):
                 f"{self.name} takes {count} arguments ({', '.join(self.arguments)}), and its reverse derivative "
                 f"{wanted} cotangents, one of each value."
             )
-        arrays, owner = pullback._arrays((*inputs, *cotangents))
-        leads = [self._lead(a, k) for a, k in zip(arrays, pullback.kinds, strict=True)]
-        if self.reduce and any(leads[count:]):
-            raise ShapeError(f"{self.name}: a sum over all items has one cotangent, not {leads[count:]}.")
-        results = run_summed(pullback.bound("c", arrays), arrays, leads[:count])
+        single = all(getattr(x, "dtype", None) == np.float32 for x in inputs)
+        given = [np.float32(c) if single and isinstance(c, int | float) else c for c in cotangents]
+        arrays, owner = pullback._arrays((*inputs, *given))
+        self._check_axes(arrays[:count])
+        leads = [self._lead(a, k) for a, k in zip(arrays[:count], self.kinds, strict=True)]
+        lead = () if self.reduce else broadcast_leads(leads, self.name)
+        values = [o for o in self.outputs if o.role != "status"]
+        arrays[count:] = [
+            cotangent_rows(a, o.kind, lead, f"{self.name}: the cotangent of {o.name if wanted > 1 else 'the result'}")
+            for a, o in zip(arrays[count:], values, strict=True)
+        ]
+        results = run_summed(pullback.bound("c", arrays), arrays, leads)
         return tuple(
             r[..., 0] if k.is_scalar_argument else owner.wrap(k.layout, r) if owner and k.form == "multivector" else r
             for r, k in zip(results, self.kinds, strict=True)

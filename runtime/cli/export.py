@@ -44,12 +44,13 @@ class Target:
 @click.option("--jacobian", "jacobians", multiple=True, metavar="ARGUMENT",
               help="Of a kernel: all partial derivatives with respect to it, too; repeatable.")  # fmt: skip
 @options.flag("--split", "C99 as a header and a source file; default: all in the header.")
+@options.flag("--force", "Also over a file that is there and holds something else than this export.")
 @click.option("--tip", help="Of a robot's file: the link that is moved; default: the one behind most joints.")
 @click.option("--root", help="Of a robot's file: the link that is fixed; default: its root.")
 @options.feedback
 def command(
     source: str, language: str, out: Path, name: str | None, only: tuple[str, ...], derivatives: tuple[str, ...],
-    jacobians: tuple[str, ...], tip: str | None, root: str | None, dtype: str | None, split: bool,
+    jacobians: tuple[str, ...], tip: str | None, root: str | None, dtype: str | None, split: bool, force: bool,
     feedback: options.Feedback,
 ) -> None:  # fmt: skip
     """Write source files that need nothing of this package.
@@ -60,7 +61,8 @@ def command(
 
     What is exported is yours, without conditions.
     """
-    path, target = Path(source), Target(language, out, name, {"dtype": dtype or "", "split": split})
+    path = Path(source)
+    target = Target(language, out, name, {"dtype": dtype or "", "split": split, "overwrite": force})
     derived = {"--derivative": derivatives, "--jacobian": jacobians}
     with feedback.preparing(f"exporting {source}"):
         if _OBJECT.fullmatch(source) and not path.exists():

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.algebra.blades import grade, outer_sign
+from ..codegen.algebra.mismatch import algebra_mismatch
 from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError, SignatureError, SingularError
 from ..common.validation import all_finite, real_array
 from ..dispatch.multivector_data import check_multivector
@@ -177,7 +178,8 @@ def _of_function(algebra: Constructors[P], function: Callable[[P], Any]) -> Matr
 def _of_versor(algebra: Constructors[P], versor: P) -> Matrix:
     """Columns R e_i R^-1, with the sign that makes odd versors reflections."""
     if versor.algebra is not algebra:
-        raise AlgebraMismatchError(f"the versor belongs to {versor.algebra.name}, not to {algebra.name}.")
+        what = f"the versor belongs to {versor.algebra.name}, not to {algebra.name}."
+        raise algebra_mismatch(what, versor, algebra)
     if versor.shape:
         raise ShapeError(f"the versor has the shape {versor.shape}; a map is made of one.")
     parities = {g % 2 for g in versor.grades}

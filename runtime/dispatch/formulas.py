@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..codegen.algebra.algebra import Kind, numbers, scalar_argument
-from ..codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, ShapeError, TraceError
+from ..codegen.algebra.mismatch import algebra_mismatch
+from ..codegen.errors import BladesmithError, GradeError, ShapeError, TraceError
 from ..codegen.execute.arrays import READY
 from ..codegen.trace.result_kinds import belongs
 from ..common.dtypes import F64, common_precision
@@ -93,7 +94,9 @@ def evaluate_batch(algebra: TypedAlgebra, formula: str, *operands: MultivectorDa
     """`evaluate` for what `evaluate_item` and `item_value` leave: batches, and single items that are not as usual."""
     for x in operands:
         if not isinstance(x, ArrayOperand) and x.algebra is not algebra:
-            raise AlgebraMismatchError(f"{x.algebra.name} is not {algebra.name}; convert the operand first.")
+            raise algebra_mismatch(
+                f"{x.algebra.name} is not {algebra.name}.", x._type, algebra, "Convert the operand first"
+            )
     for x in operands:
         backend = backend_of(x.value) if isinstance(x, ArrayOperand) else x._type.backend
         if backend is not None:

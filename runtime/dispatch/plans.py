@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.algebra.algebra import Kind
-from ..codegen.errors import AlgebraMismatchError
+from ..codegen.algebra.mismatch import algebra_mismatch, motor_conversion
 from ..codegen.execute.bound_kernels import BoundKernel
 from ..codegen.execute.ranges import parallel_for
 from ..codegen.execute.result_memory import MANY, STORE
@@ -73,10 +73,11 @@ def _on_arrays(operation: str, a: MultivectorData, b: MultivectorData) -> Plan:
 
 def _make(operation: str, a: Type, b: Type) -> Plan:
     if a.algebra is not b.algebra:
-        raise AlgebraMismatchError(
-            f"the operands belong to different algebras, {a.algebra.name} and {b.algebra.name}.",
-            remedy=f"Convert one first: {a.algebra.name}.multivector(x), where both have the same signature",
-        )
+        raise algebra_mismatch(
+            f"the operands belong to different algebras, {a.algebra.name} and {b.algebra.name}.", a, b.algebra,
+            motor_conversion(b, a.algebra)
+            or f"Convert one first: {a.algebra.name}.multivector(x), where both have the same signature",
+        )  # fmt: skip
     if a.dtype != b.dtype:
         return _promoted_plan(operation)
     found = _stock(operation, a, b)

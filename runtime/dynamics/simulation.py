@@ -16,6 +16,7 @@ from ..codegen.interrupts import keep_partial
 from ..common.executors import check_executor
 from ..common.progress import ProgressOption, open_progress
 from ..common.validation import as_bool, as_choice, as_int, as_tuple, invalid, positive_float, short_repr
+from ..core.multivector import Multivector
 from ..mechanics.rigid_body import RigidBody
 from ..mechanics.system import System
 from .bound_run import BoundRun
@@ -99,7 +100,7 @@ class Simulation:
         self._cache: dict[tuple[Any, ...], Prepared] = {}
         self.bodies: tuple[RigidBody, ...]
         self.names: tuple[str, ...]
-        listed = as_tuple(constraints, "the constraints", Constraint)
+        listed = as_tuple(constraints, "the constraints", (Constraint, Multivector))  # which is told what it is
         self.loads: tuple[Load, ...] = as_tuple(loads, "the loads", Load)
         match body:
             case RigidBody():

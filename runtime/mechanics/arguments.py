@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, suggest
+from ..codegen.algebra.mismatch import algebra_mismatch
+from ..codegen.errors import GradeError, InputError, suggest
 from ..common.validation import (
     as_float,
     as_instance,
@@ -35,12 +36,12 @@ LARGEST_COEFFICIENT = 1e100
 MATRIX_TOLERANCE = 1e-6
 
 
-def vectors(value: Any, name: str) -> Array:
+def vectors(value: Any, name: str, remedy: str | None = None) -> Array:
     """Vectors (..., 3); 0 is the zero vector."""
     array = finite_array(value, name)
     if array.ndim == 0 and array == 0:
         return np.zeros(3)
-    check_shape(array, name, (..., 3))
+    check_shape(array, name, (..., 3), remedy=remedy)
     return array
 
 
@@ -108,7 +109,8 @@ def multivector_of(x: Any, algebra: Algebra, name: str) -> Multivector:
     """
     multivector = as_instance(x, name, Multivector, f"a multivector of {algebra.name}")
     if multivector.algebra is not algebra:
-        raise AlgebraMismatchError(f"{name} belongs to {multivector.algebra.name}, the body to {algebra.name}.")
+        what = f"{name} belongs to {multivector.algebra.name}, the body to {algebra.name}."
+        raise algebra_mismatch(what, multivector, algebra)
     check_coefficients(multivector, name)
     return multivector
 

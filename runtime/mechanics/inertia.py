@@ -9,7 +9,7 @@ from typing import Any, Literal, overload
 
 import numpy as np
 
-from ..codegen.errors import AlgebraMismatchError
+from ..codegen.algebra.mismatch import algebra_mismatch
 from ..common.dtypes import common_precision
 from ..common.validation import as_instance, broadcast_shapes, positive_array
 from ..core.geometry.euclidean import plain
@@ -200,7 +200,9 @@ class Inertia:
 
     def _check_home(self, x: Multivector, what: str) -> None:
         if x.algebra is not self.algebra:
-            raise AlgebraMismatchError(f"{what} belongs to {x.algebra.name}, the inertia to {self.algebra.name}.")
+            raise algebra_mismatch(
+                f"{what} belongs to {x.algebra.name}, the inertia to {self.algebra.name}.", x, self.algebra
+            )
 
     def _screw(self, x: Any, what: str) -> Multivector:
         screw = as_screw(x, what)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.errors import InputError, ShapeError
-from ..common.validation import finite_array
+from ..common.validation import finite_array, invalid
 from .arguments import MATRIX_TOLERANCE
+from .shapes import Shape
 
 Array = NDArray[Any]
 _ORDERS = np.array(list(permutations(range(3))))
@@ -34,6 +35,8 @@ def principal(inertia: Any, thin: bool = False) -> tuple[Array, Array]:
         If a tensor is not symmetric, a moment is not positive, or one is larger than the other two together: which
         item, and by how much.
     """
+    if isinstance(inertia, Shape):
+        raise invalid(inertia, "the inertia", "moments or a tensor", remedy="That of a shape is shape.inertia(mass)")
     inertia = finite_array(inertia, "the inertia")
     if inertia.shape[-2:] == (3, 3):
         moments, axes = _eigen_decomposition(_symmetric(inertia))

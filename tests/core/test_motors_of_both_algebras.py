@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bladesmith import Status, cga3d, pga3d, poses, reform
+from bladesmith import Status, cga3d, codegen, pga3d, poses, reform
 from bladesmith.core.geometry.motors import motors_from
-from bladesmith.errors import InputError, KindError, ShapeError
+from bladesmith.errors import AlgebraMismatchError, InputError, KindError, ShapeError
 
 from ..support.kinematics import FourBar, four_bar
 from ..support.mechanisms.chains import arm
@@ -107,3 +107,40 @@ def test_registrations_start_from_poses_and_matrices() -> None:
     for start in (2 * np.eye(4), np.full((4, 4), np.nan)):
         with pytest.raises(InputError, match="start is not finite, or no rigid motion"):
             reform.register(query, reference, start=start)
+
+
+@BOTH
+def test_products_and_kernels_of_two_algebras_say_how_a_motor_is_converted(home, other) -> None:
+    short = {"cga3d": "cga", "pga3d": "pga"}[other.name]
+    says = rf"Convert the motor: {short}\.motor_from_matrix\(poses\.to_matrix\(x\)\)"
+    motor = (home.translator((1, 2, 3)) * home.rotor((0, 0, 1), 0.3)).as_kind("motor")
+    point = other.point((1, 0, 0))
+    move = codegen.kernel(other.kind("motor"), other.kind("point"), name="move")(lambda m, x: m >> x)
+    for call in (lambda: motor >> point, lambda: move(motor, point), lambda: motor * point):
+        with pytest.raises(AlgebraMismatchError, match=says):
+            call()
+    with pytest.raises(InputError, match=f"the matrix is a motor of {home.name}. {says}"):
+        other.motor_from_matrix(motor)
+    converted = other.motor_from_matrix(poses.to_matrix(motor))  # as the message says
+    assert (converted >> point).isclose(motors_from(motor, other, "x") >> point)
+    with pytest.raises(AlgebraMismatchError, match="Convert one first: "):
+        home.point((0, 0, 0)) + point
+
+
+def test_models_are_moved_by_motors_of_both_algebras_and_by_matrices() -> None:
+    rng = np.random.default_rng(2)
+    model = reform.Model(points=rng.normal(size=(4, 3)), lines=rng.normal(size=(3, 2, 3)))
+    pose = poses.from_rotation_vector((0.3, -0.2, 2.0), position=(1e3, 2, -1e-3))
+    matrix = poses.to_matrix(pose)
+    for given in (pose, matrix, matrix.tolist(), cga3d.motor_from_matrix(matrix)):
+        moved = model.transformed(given)
+        np.testing.assert_allclose(
+            moved.parameters["point"], model.parameters["point"] @ matrix[:3, :3].T + matrix[:3, 3], rtol=0, atol=1e-11
+        )
+        expected = model.transformed(cga3d.motor_from_matrix(matrix)).parameters["line"]
+        np.testing.assert_allclose(moved.parameters["line"], expected, rtol=0, atol=1e-11)
+    for bad, error, says in ((np.diag([1, 1, 2, 1.0]), InputError, "no rigid motion"), (np.eye(3), ShapeError, "4, 4"),
+                             (np.stack([matrix, matrix]), InputError, "moved by one rotor"), (3, InputError, "R is 3"),
+                             (pga3d.point((1, 2, 3)), KindError, "motor of pga3d")):  # fmt: skip
+        with pytest.raises(error, match=says):
+            model.transformed(bad)

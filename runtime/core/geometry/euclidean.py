@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.algebra.algebra import Kind
+from ...codegen.algebra.mismatch import motor_conversion
 from ...codegen.errors import GradeError, InputError, KindError, ShapeError
 from ...common.validation import as_bool, real_array
 from ...dispatch.formulas import ArrayOperand, evaluate, evaluate_batch, item_plan, item_value
@@ -126,6 +127,8 @@ class EuclideanAlgebra(Algebra):
 
         INVALID: the matrix is no rigid motion (to 1e-3; the rotation is made orthonormal within that).
         """
+        if isinstance(matrix, Multivector) and (remedy := motor_conversion(matrix, self)):
+            raise InputError(f"the matrix is a {matrix.kind.name} of {matrix.algebra.name}.", remedy=remedy)
         m = real_array(matrix, "the matrix")
         d = self.space
         if m.ndim < 2 or m.shape[-2:] not in ((d, d), (d + 1, d + 1)):

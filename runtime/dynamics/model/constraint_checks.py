@@ -15,7 +15,10 @@ from ...mechanics.motion_closed_kinds import is_movable
 
 
 def check_object(x: Any, what: str) -> None:
-    check_coefficients(as_instance(x, what, Multivector, "a multivector"), what)
+    remedy = None
+    if not isinstance(x, Multivector) and np.shape(x) == (3,):
+        remedy = f"Make it a point: cga.point({short_repr(x)})"
+    check_coefficients(as_instance(x, what, Multivector, "a multivector", remedy=remedy), what)
     if not np.any(x.values):
         raise InputError(f"{what} is zero, and pins nothing.")
 

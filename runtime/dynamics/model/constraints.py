@@ -229,6 +229,10 @@ class VirtualPower(Constraint):
         return replace(self, wrenches=GuardedCallback(self.wrenches, "the wrenches", check_wrenches))
 
 
+#: Where an object is given in place of a constraint.
+_PINNED = "An object that stays is dynamics.Pin(point)"
+
+
 def check_constraints(constraints: Sequence[Any], names: Sequence[str]) -> None:
     """Check the constraints of a simulation of bodies with these names.
 
@@ -238,7 +242,8 @@ def check_constraints(constraints: Sequence[Any], names: Sequence[str]) -> None:
         If one is not a constraint, or its bodies do not exist or are the same.
     """
     for i, c in enumerate(constraints):
-        as_instance(c, f"constraints[{i}]", Constraint, "a Pin, PinPath, PinLinear, Incidence or VirtualPower")
+        needed = "a Pin, PinPath, PinLinear, Incidence or VirtualPower"
+        as_instance(c, f"constraints[{i}]", Constraint, needed, remedy=_PINNED if isinstance(c, Multivector) else None)
         what = f"constraints[{i}] ({c.label})"
         if body_number(c.body, names, what) == body_number(c.other, names, what):
             raise InputError(f"{what} is between a body and itself; it takes a body and something else.")

@@ -53,7 +53,7 @@ class Gravity(Load):
         def __init__(self, acceleration: ArrayLike = GRAVITY) -> None: ...
 
     def __post_init__(self) -> None:
-        self._keep(acceleration=vectors(self.acceleration, "gravity's acceleration"))
+        self._keep(acceleration=vectors(self.acceleration, "gravity's acceleration", f"Give a vector, e.g. {GRAVITY}"))
 
 
 @dataclass(frozen=True)

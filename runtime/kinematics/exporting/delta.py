@@ -30,7 +30,7 @@ class ExportedDeltaRobot(DeltaGeometry):
     @describes_options
     def export(
         self, language: str, folder: str | Path, name: str = "delta", *, elbow: Any = "outer", root: str = "far",
-        dtype: str = "", split: bool = False,
+        dtype: str = "", split: bool = False, overwrite: bool = False,
     ) -> list[Path]:  # fmt: skip
         """Write the robot as a source file that needs nothing of this package; see :doc:`/algebra/export`.
 
@@ -46,6 +46,7 @@ class ExportedDeltaRobot(DeltaGeometry):
             As in `inverse` and `forward`: the file has one posture.
         {dtype}
         {split}
+        {overwrite}
 
         {files}
 
@@ -57,7 +58,7 @@ class ExportedDeltaRobot(DeltaGeometry):
         """
         from ...codegen.export.export import export
 
-        options = ExportOptions(language, name, dtype, split)
+        options = ExportOptions(language, name, dtype, split, overwrite, "a Delta robot")
         items = delta_items(self.parameters, elbow_signs(elbow), root_weights(root), name)
         return export(items, folder, options)
 

@@ -64,7 +64,7 @@ class Mechanism(MechanismDynamics, Displayed):
     @describes_options
     def export(
         self, language: str, folder: str | Path, driven: Sequence[Any], name: str = "mechanism", *, dtype: str = "",
-        split: bool = False,
+        split: bool = False, overwrite: bool = False,
     ) -> list[Path]:  # fmt: skip
         """Write the search for poses as a source file that needs nothing of this package; see :doc:`/algebra/export`.
 
@@ -77,6 +77,7 @@ class Mechanism(MechanismDynamics, Displayed):
         {name}
         {dtype}
         {split}
+        {overwrite}
 
         {files}
 
@@ -89,7 +90,9 @@ class Mechanism(MechanismDynamics, Displayed):
         from ...codegen.export.export import export
         from ..exporting.mechanisms import mechanism_items
 
-        options = ExportOptions(language, name, dtype, split)
+        options = ExportOptions(
+            language, name, dtype, split, overwrite, f"a mechanism of the joints {', '.join(self.joint_names)}"
+        )
         if options.precision == "f32":
             raise InputError(
                 f"poses of a mechanism are found with float64 numbers, and {language} would have float32.",

@@ -149,7 +149,7 @@ class Robot(PosedTree, JointDynamics):
     @describes_options
     def export(
         self, language: str, folder: str | Path, name: str = "robot", *, tip: str | None = None,
-        root: str | None = None, dtype: str = "", split: bool = False,
+        root: str | None = None, dtype: str = "", split: bool = False, overwrite: bool = False,
     ) -> list[Path]:  # fmt: skip
         """Write the `chain` to a link as a source file that needs nothing of this package; see `Chain.export`.
 
@@ -165,6 +165,7 @@ class Robot(PosedTree, JointDynamics):
             largest part that floats.
         {dtype}
         {split}
+        {overwrite}
 
         {files}
 
@@ -176,7 +177,7 @@ class Robot(PosedTree, JointDynamics):
         """
         start = self.largest_part if root is None else root
         chain = self.chain(self.most_moved(start) if tip is None else tip, start)
-        return chain.export(language, folder, name, dtype=dtype, split=split)
+        return chain.export(language, folder, name, dtype=dtype, split=split, overwrite=overwrite)
 
     def _joint_twist(self, joint: RobotJoint) -> Multivector:
         """The twist of a joint in the child's frame."""

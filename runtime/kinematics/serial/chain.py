@@ -130,8 +130,9 @@ class Chain(SerialChainData):
 
     @describes_options
     def export(
-        self, language: str, folder: str | Path, name: str = "robot", *, dtype: str = "", split: bool = False
-    ) -> list[Path]:
+        self, language: str, folder: str | Path, name: str = "robot", *, dtype: str = "", split: bool = False,
+        overwrite: bool = False,
+    ) -> list[Path]:  # fmt: skip
         """Write the chain as a source file that needs nothing of this package; see :doc:`/algebra/export`.
 
         It has the functions ``motor``, ``matrix`` (4, 4) of the tool's frame, and ``jacobian`` (6, n) of its origin
@@ -144,6 +145,7 @@ class Chain(SerialChainData):
         {name}
         {dtype}
         {split}
+        {overwrite}
 
         {files}
 
@@ -156,7 +158,9 @@ class Chain(SerialChainData):
         from ...codegen.export.export import export
         from ..exporting.chains import chain_items
 
-        options = ExportOptions(language, name, dtype, split)
+        options = ExportOptions(
+            language, name, dtype, split, overwrite, f"a chain of the joints {', '.join(self.names)}"
+        )
         if self.count != self.joint_count:
             raise InputError("joints that share a coordinate are not exported.", remedy="Give each joint one.")
         items = chain_items(self.algebra.name, self.parameters, self.names, self.limits, name)

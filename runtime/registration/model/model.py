@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.errors import InputError
 from ...common.deprecation import renamed_keywords
@@ -198,12 +198,18 @@ class Model(Displayed):
 
     # -- other models --------------------------------------------------------------------------------------
 
-    def transformed(self, R: Multivector) -> Model:
+    def transformed(self, R: Multivector | ArrayLike) -> Model:
         """Move the model by a motor, or move and scale it by the rotor of a similarity: R x ~R for each object.
+
+        Parameters
+        ----------
+        R : Multivector or array (4, 4)
+            A motor of cga3d or pga3d (a pose), a matrix of a rigid motion; of cga3d also a dilator, or a product of it
+            and motors.
 
         Raises
         ------
-        InputError
+        InputError, ShapeError, AlgebraMismatchError, GradeError, KindError
             If R is not a single versor that keeps flats flat: a motor, a dilator, or a product of them.
 
         Notes

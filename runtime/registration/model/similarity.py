@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.errors import InputError
-from ...common.validation import as_instance
+from ...core.geometry.motors import motors_from
 from ...core.multivector import Multivector
 from ...core.registry import stock_algebra
 
@@ -16,24 +16,23 @@ Array = NDArray[np.float64]
 #: Tolerance of rounding errors of a rotor: of R ~R - 1, and of zero coefficients of the images of basis vectors.
 TOLERANCE = 1e-9
 ROTOR = ("1", "e12", "e13", "e23")
-REMEDY = "Give a motor of bladesmith.cga3d, a dilator, or a product of them"
+REMEDY = "Give a motor of cga3d or pga3d, a matrix (4, 4), a dilator of cga3d, or a product of them"
 
 
 def similarity(R: Any) -> tuple[float, Array, Array]:
-    """Scale, rotation (3, 3) and translation (3,) of R x ~R.
+    """Scale, rotation (3, 3) and translation (3,) of R x ~R; R is of cga3d, a motor of pga3d, or a matrix.
 
     Raises
     ------
-    InputError
-        If R is not a single unit versor that keeps n_inf.
+    InputError, ShapeError, AlgebraMismatchError, GradeError, KindError
+        If R is not a single unit versor that keeps n_inf, or no motion.
     """
     algebra: Any = stock_algebra("cga3d")
-    if as_instance(R, "R", Multivector, "a multivector", remedy=REMEDY).algebra is not algebra:
-        raise InputError(f"R belongs to {R.algebra.name}, not to {algebra.name}.", remedy=REMEDY)
+    R = motors_from(R, algebra, "R")
     if R.shape:
         raise InputError(f"R has shape {R.shape}; a model is moved by one rotor.", remedy="Choose one: R[i]")
     if not np.isfinite(R.values).all():
-        raise InputError("R is not finite.", remedy=REMEDY)
+        raise InputError("R is not finite, or no rigid motion.", remedy=REMEDY)
     if any(grade % 2 for grade in R.grades):
         raise InputError(f"R has grades {R.grades}; a rotor is even.", remedy=REMEDY)
     size = float(np.abs(R.values).sum()) ** 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -12,7 +13,7 @@ import pytest
 
 from bladesmith import cga3d as cga
 from bladesmith import codegen
-from bladesmith.codegen.errors import InputError, ShapeError, TraceError
+from bladesmith.codegen.errors import InputError, MissingExtraError, ShapeError, TraceError
 from bladesmith.codegen.formulas.products.outcome import where_or_nan
 
 from ...support.targets.elementary import stumpff
@@ -152,14 +153,38 @@ def test_wrong_calls_are_refused() -> None:
         kernel.vjp(1.0)(np.ones(1))
     with pytest.raises(InputError, match="1 cotangents"):
         kernel.vjp(1.0, 2.0)()
-    with pytest.raises(ShapeError, match="3 entries|last axis"):
+    with pytest.raises(ShapeError, match=r"^f: the cotangent of the result has shape \(3,\)\. Give \(1,\), the "):
         kernel.vjp(1.0, 2.0)(np.ones(3))
-    with pytest.raises(ShapeError, match="more than there are"):
+    with pytest.raises(ShapeError, match=r"has shape \(5, 2, 1\)\. Give \(2, 1\)"):
         kernel.vjp(np.ones(2), 2.0)(np.ones((5, 2, 1)))
     with pytest.raises(TraceError, match="no argument 'c'"):
         kernel.pullback("c")
     with pytest.raises(InputError, match="masks some"):
         kernel.vjp(np.ones(2), 2.0)(np.ma.masked_array(np.ones((2, 1)), [[False], [True]]))
+
+
+def test_cotangents_of_one_number_have_the_shape_of_the_batch_or_none() -> None:
+    kernel = codegen.kernel(codegen.scalar, codegen.scalar, algebra=cga, name="f")(lambda a, b: a * a * b)
+    rng = np.random.default_rng(0)
+    for shape in ((), (1,), (5,), (5, 1), (3, 5)):
+        a, b, c = rng.normal(size=shape), 2.0, rng.normal(size=shape)
+        for given in (c, 1.5, 2, np.float64(0.5), c[..., None], c[:1][..., None] if shape else c):
+            numbers = given[..., 0] if np.ndim(given) == len(shape) + 1 else given
+            da, db = kernel.vjp(a, b)(given)
+            np.testing.assert_allclose(da, np.broadcast_to(numbers, shape) * 2 * a * b, rtol=1e-14)
+            np.testing.assert_allclose(db, (numbers * a * a).sum(), rtol=1e-13)
+    single = kernel.vjp(a.astype(np.float32), np.float32(b))(1.5)
+    assert {x.dtype for x in single} == {np.dtype(np.float32)}
+    for bad in (np.ones(4), np.ones((5, 2)), np.ones((2, 5, 1)), np.ones((3, 5, 2))):
+        with pytest.raises(ShapeError, match=r"^f: the cotangent of the result has shape .*\(3, 5, 1\)"):
+            kernel.vjp(a, b)(bad)
+    with pytest.raises(ShapeError, match=r"or \(3, 5\): c\[\.\.\., None\]"):
+        kernel.vjp(a, b)(np.ones(4))
+    with pytest.raises(InputError, match="^f: the cotangent of the result has type <U1"):
+        kernel.vjp(a, b)("a")
+    two = codegen.kernel(cga.kind("motor"), name="two")(lambda m: (m * m, m | m))
+    with pytest.raises(ShapeError, match=r"^two: the cotangent of out has shape \(\)\. Give \(8,\)"):
+        two.vjp(cga.rotor((0, 0, 1), 0.3))(1.0, np.ones(1))
 
 
 def test_what_is_shared_has_the_sum() -> None:
@@ -186,5 +211,28 @@ def test_a_sum_over_all_items_has_one_cotangent() -> None:
     da, db = loss.vjp(a, b[0])(np.array([2.0]))
     np.testing.assert_allclose(da, 4 * a * b[0], rtol=1e-14)
     assert db.shape == () and abs(db - 2 * math.fsum(a * a)) <= 1e-15 * db
-    with pytest.raises(ShapeError, match="one cotangent"):
+    with pytest.raises(ShapeError, match=r"result has shape \(70001, 1\)\. Give \(1,\)"):
         loss.vjp(a, b)(np.ones((70_001, 1)))
+
+
+@pytest.mark.parametrize("package", ["jax", "torch"])
+def test_without_the_package_there_is_the_reverse_derivative(package: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in (f"bladesmith.codegen.autodiff.{package}_kernels", package):
+        monkeypatch.setitem(sys.modules, module, None)
+        if module != package:
+            monkeypatch.delitem(sys.modules, module)
+    kernel = codegen.kernel(codegen.scalar, algebra=cga, name="f")(lambda a: a * a)
+    with pytest.raises(MissingExtraError, match=rf"bladesmith\[{package}\]'\. The kernel's vjp gives .*NumPy alone"):
+        getattr(kernel, package)()
+    assert kernel.vjp(3.0)(1.0)[0] == 6.0
+
+
+def test_arguments_of_another_size_are_told_what_makes_their_kind() -> None:
+    kernel = codegen.kernel(cga.kind("motor"), cga.kind("point"), name="f")(lambda m, x: m >> x)
+    m, x = cga.rotor((0, 0, 1), 0.3).as_kind("motor").values, np.ones((7, 3))
+    for call in (lambda: kernel(m, x), lambda: kernel.vjp(m, x), lambda: kernel.on("numpy")(m, x)):
+        with pytest.raises(ShapeError, match=r"^f: x has shape \(7, 3\).*cga3d\.point\(xyz\) makes a point"):
+            found = call()
+            found(1.0)
+    with pytest.raises(ShapeError, match=r"^f: m has shape \(3, 3\).*cga3d\.motor_from_matrix\(matrix\) makes a motor"):
+        kernel(np.eye(3), cga.point(x))

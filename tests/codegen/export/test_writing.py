@@ -34,7 +34,7 @@ def room_for(size: int) -> Iterator[None]:
 
 @pytest.mark.parametrize("split", [False, True])
 def test_a_file_that_does_not_fit_leaves_what_was_there(split: bool, tmp_path: Path) -> None:
-    options = ExportOptions("c99", "full", split=split)
+    options = ExportOptions("c99", "full", split=split, overwrite=True)
     paths = export(ITEMS, tmp_path / "elsewhere", options)  # imports what it needs
     longest = max(p.stat().st_size for p in paths)
     (tmp_path / "full.h").write_text("before")

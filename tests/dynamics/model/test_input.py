@@ -84,7 +84,15 @@ BODIES: list[tuple[dict[str, Any], str]] = [
     ),
     ({"orientation": TIP}, "the orientation is not a motor"),
     ({"orientation": 2 * cga3d.rotor([0, 0, 1], 0.3)}, "the orientation is not a motor"),
-    ({"orientation": pga3d.rotor([0, 0, 1], 0.3)}, "the orientation belongs to pga3d, the body to cga3d"),
+    (
+        {"orientation": pga3d.rotor([0, 0, 1], 0.3)},
+        "the orientation belongs to pga3d, the body to cga3d. Convert the rotor: "
+        "cga.motor_from_matrix(poses.to_matrix(x))",
+    ),
+    (
+        {"inertia": dynamics.rod(1.0, 0.1)},
+        "the inertia is a Shape; moments or a tensor is needed. That of a shape is shape.inertia(mass)",
+    ),
     ({"algebra": "pga"}, "algebra is 'pga'; bladesmith.cga3d or pga3d is needed"),
     ({"algebra": cga2d}, "cga2d has no screws of space"),
 ]
@@ -128,6 +136,7 @@ LOADS = [
     (lambda: dynamics.Damper(1.0, body=7), "loads[0] (Damper): there is no body 7; there are 1, from 0"),
     (lambda: dynamics.Damper(1.0, body="boddy"), "there is no body 'boddy'; there are: body. (did you mean 'body'?)"),
     (lambda: 3, "loads[0] is 3; a Gravity, BodyWrench, WorldWrench, Spring, Damper or QuadraticDrag is nee"),
+    (lambda: dynamics.Gravity(9.81), "acceleration is 9.81; (..., 3) is needed. Give a vector, e.g. (0.0, 0.0, -9.81)"),
     (lambda: dynamics.Gravity, "loads[0] is the class Gravity; a Gravity"),
     (lambda: dynamics.Pin(TIP), "loads[0] is a Pin; a Gravity"),
     (
@@ -154,6 +163,12 @@ def test_what_is_no_list(word: Any) -> None:
 
 CONSTRAINTS = [
     (lambda: dynamics.Pin(np.zeros(5)), "the body's object is array([0., 0., 0., 0., 0.]); a multivector is needed"),
+    (lambda: dynamics.Pin((0, 0, 0.4)), "a multivector is needed. Make it a point: cga.point((0, 0, 0.4))"),  # type: ignore[arg-type]
+    (
+        lambda: TIP,
+        "constraints[0] is a Multivector; a Pin, PinPath, PinLinear, Incidence or VirtualPower is needed. "
+        "An object that stays is dynamics.Pin(point)",
+    ),
     (lambda: dynamics.Pin(cga3d.scalar(2.0)), "the body's object is a scalar that no motion moves: it pins nothing"),
     (lambda: dynamics.Pin(cga3d.ni), "that no motion moves"),
     (lambda: dynamics.Pin(pga3d.scalar(2.0)), "that no motion moves"),
@@ -180,6 +195,10 @@ CONSTRAINTS = [
     (lambda: dynamics.Pin(TIP, other="arm"), "constraints[0] (Pin): there is no body 'arm'; there are: body"),
     (lambda: GRAVITY, "constraints[0] is a Gravity; a Pin, PinPath"),
 ]
+
+
+def test_an_object_alone_is_no_constraint() -> None:
+    refused(lambda: simulation([], TIP), "constraints[0] is a Multivector; a Pin", InputError)
 
 
 @pytest.mark.parametrize(("make", "says"), CONSTRAINTS, ids=[says[:40] for _, says in CONSTRAINTS])
