@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from ..core.multivector import Multivector
 from ..status import Status
-from .summary import summary
+from .estimation.gauge_freedom import generators
+from .summary import deviations, summary
 
 Array = NDArray[Any]
 
@@ -115,7 +116,8 @@ class Registration:
         Covariance of the twist b in exp(b) motor, in the world and on the blades of the kind ``twist`` (e12, e13, e1ni,
         e23, e2ni, e3ni). Scaled for the number of matches, so that b' C^-1 b < 12.59 holds for the true pose with a
         probability of 95 %, if the errors of the matches are independent; their size is estimated from the matches.
-        With fewer than about 8 matches the region is very large. NaN without a pose.
+        Where fewer than about 8 matches carry the cost, the region holds the true pose and is very large: of few
+        matches, or of small circles among lines and planes, unless models have covariances. NaN without a pose.
     ambiguous : list of Multivector
         Other motors with about as many inliers (85 %, less one): those of symmetric models, and of parts that the
         reference has several times. Each pose once, 63 at most. If more than 24 are equivalent, or the next best one
@@ -154,6 +156,18 @@ class Registration:
 
     def __str__(self) -> str:
         return summary(self)
+
+    @property
+    def pose_covariance(self) -> Array:
+        """Covariance (6, 6) of a small motion in the world after the pose: its rotation vector, in radians, then its
+        translation, in the models' unit."""
+        rows = np.linalg.inv(generators(self.motor.algebra))  # a twist as rotation vector and translation of the origin
+        return np.asarray(rows.T @ self.covariance @ rows)
+
+    @property
+    def deviations(self) -> tuple[float, float]:
+        """The worst standard deviations: of the rotation, in radians, and of ``center``, in the models' unit."""
+        return deviations(self)
 
     @property
     def status(self) -> Status:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.multivector import Multivector
-from .estimation.gauge_freedom import describe_twists, generators
+from .estimation.gauge_freedom import describe_twists
 from .model.similarity import ROTOR, similarity
 
 Array = NDArray[Any]
@@ -49,6 +49,8 @@ class Registered(Protocol):
     def undetermined(self) -> Multivector | None: ...
     @property
     def covariance(self) -> Array: ...
+    @property
+    def pose_covariance(self) -> Array: ...
     @property
     def center(self) -> Array: ...
     @property
@@ -119,11 +121,9 @@ def vector_text(v: Array) -> str:
 
 def deviations(result: Registered) -> tuple[float, float]:
     """Largest standard deviations: of the rotation, in radians, and of the reference's center, in the models' unit."""
-    algebra = result.motor.algebra
-    rows = np.linalg.inv(generators(algebra))  # a twist as rotation and translation of the origin
-    rotations, translations = rows[:, :3], rows[:, 3:]
-    jacobians = rotations, translations + np.cross(rotations, result.center)
-    parts = (j.T @ result.covariance @ j for j in jacobians)
+    across = np.cross(np.eye(3), result.center)  # the center moves by translation + rotation x center
+    jacobians = np.eye(6)[:, :3], np.vstack([across, np.eye(3)])
+    parts = (j.T @ result.pose_covariance @ j for j in jacobians)
     angle, length = (math.sqrt(max(float(np.linalg.eigvalsh(part)[-1]), 0.0)) for part in parts)
     return angle, length
 

@@ -24,6 +24,10 @@ Array = NDArray[Any]
 MAX_STEPS = 30
 #: Matches up to which all steps are one compiled call, a single thread's; more are shared over threads at each step.
 MANY_MATCHES = 4096
+#: Effective matches from which on their gradients alone, one of each, estimate a covariance.
+FEW_MATCHES = 9.0
+#: Residuals of a match that the pose does not take up, at the least.
+MIN_FREE_RESIDUALS = 0.25
 
 
 @dataclass(frozen=True)
@@ -183,7 +187,9 @@ def covariance(pose: RefinedPose, driver: Driver) -> tuple[Array, float]:
     the sample: m matches with equal information about all six motions. The m of unequal matches gives quadratic forms
     of the estimate the variance that they would have for m equal ones (Satterthwaite). The factor is 2.1 for 20 lines
     and 1.06 for many; without it the region of 20 lines holds 73 % of the true poses, that of 10 lines 40 %. Fewer than
-    about 8 matches estimate their errors badly: the region is correct, but very large. Zero for exact matches.
+    about 8 such matches estimate their errors badly, and their gradients need not span all motions: of many matches,
+    too, if few carry the cost, as small circles do. What is known of each match by its own residuals is added then, and
+    the region is correct, but very large. Zero for exact matches.
     """
     values, vectors = pose.rates.modes
     constrained = values > FREE * max(float(values[-1]), 0.0)
@@ -193,8 +199,23 @@ def covariance(pose: RefinedPose, driver: Driver) -> tuple[Array, float]:
     whiten[:, constrained] = vectors[:, constrained] / np.sqrt(values[constrained])
     rows = np.column_stack([pose.rates.costs, pose.rates.gradients, pose.rates.halves])
     factor, traces, squares = driver.influences(rows, whiten)  # informations sum to identity
-    sample = effective_sample_size(int(constrained.sum()), traces, squares)
-    return factor.T @ factor, hotelling_inflation(sample)
+    motions = int(constrained.sum())
+    sample = effective_sample_size(motions, traces, squares)
+    spread = factor.T @ factor
+    if sample < FEW_MATCHES:
+        spread = spread + _own_spread(pose.rates, whiten, traces)
+    return spread, hotelling_inflation(sample)
+
+
+def _own_spread(rates: Rates, whiten: Array, traces: Array) -> Array:
+    """Covariance (6, 6) by the size of each match's own error, as if it were the same in all of its residuals.
+
+    The variance of a match is its cost over the number of its residuals, less the part of them that the pose takes up.
+    """
+    counts = np.linalg.matrix_rank(rates.matrices, hermitian=True)
+    variances = rates.costs / np.maximum(counts - traces, MIN_FREE_RESIDUALS)
+    inverse = whiten @ whiten.T
+    return np.asarray(inverse @ np.tensordot(variances, rates.matrices, 1) @ inverse)
 
 
 def effective_sample_size(p: int, traces: Array, squares: Array) -> float:

@@ -158,7 +158,10 @@ def test_deviations_are_those_of_poses_drawn_from_the_covariance():
     turn = np.stack([matrices[:, 2, 1], matrices[:, 0, 2], matrices[:, 1, 0]], 1)  # small: as vectors
     there = matrices[:, :3, :3] @ result.center + matrices[:, :3, 3]
     wanted = [np.sqrt(np.linalg.eigvalsh(np.cov(x.T))[-1]) for x in (turn, there)]
-    np.testing.assert_allclose(summary.deviations(result), wanted, rtol=0.1)
+    np.testing.assert_allclose(result.deviations, wanted, rtol=0.1)
+    drawn = np.cov(np.hstack([turn, matrices[:, :3, 3]]).T)
+    scale = np.sqrt(np.outer(np.diag(drawn), np.diag(drawn)))
+    np.testing.assert_allclose(result.pose_covariance / scale, drawn / scale, atol=0.1)
 
 
 def test_summary_says_what_is_to_be_relied_on():

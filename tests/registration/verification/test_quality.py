@@ -105,6 +105,29 @@ def test_few_matches_have_wide_regions():
     assert np.mean(inside) >= 0.9
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_regions_hold_the_pose_where_few_of_many_matches_carry_the_cost(seed):
+    """Of twelve lines and four small circles, the circles: their gradients do not span all motions."""
+    rng, inside = np.random.default_rng(seed), []
+    lines, axes = rng.uniform(-1, 1, (12, 3)), unit(rng.normal(size=(12, 3)))
+    middles, normals = rng.uniform(-1, 1, (4, 3)), unit(rng.normal(size=(4, 3)))
+    radii = rng.uniform(0.1, 0.5, 4)
+
+    def model(noise):
+        def off(x):
+            return x + noise * rng.normal(size=x.shape)
+
+        rounds = np.column_stack([off(middles), off(normals), off(radii)])
+        return Model(lines=np.stack([off(lines), off(axes)], 1), circles=rounds)
+
+    reference = model(0)
+    for _ in range(10):
+        found = register(model(2e-3), reference, threads=1)
+        b = twist(cga3d.translator((0, 0, 0)).as_kind("motor"), found.motor)
+        inside.append(b @ np.linalg.solve(found.covariance, b) < CHI_SQUARE)
+    assert np.mean(inside) >= 0.9
+
+
 # -- converged -------------------------------------------------------------------------------------------------
 
 
