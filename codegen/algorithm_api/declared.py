@@ -164,14 +164,14 @@ class AlgorithmFunction(SizedAlgorithm, CompiledAlgorithm):
             raise InputError(f"{self.name} has no parameter of real numbers.")
         return self._pullbacks.setdefault(varying, AlgorithmPullback(self, varying))
 
-    def vjp(self, *arguments: Any, wrt: Sequence[str] = ()) -> Callable[..., tuple[Array, ...]]:
+    def vjp(self, *arguments: Any, wrt: str | Sequence[str] = ()) -> Callable[..., tuple[Array, ...]]:
         """Reverse derivative at some arguments.
 
         Parameters
         ----------
         *arguments
             As for a call.
-        wrt : sequence of str
+        wrt : str or sequence of str
             Parameters of real numbers; default: all.
 
         Returns
@@ -200,7 +200,7 @@ class AlgorithmFunction(SizedAlgorithm, CompiledAlgorithm):
         [2.0, 4.0, 6.0]
         """
         self.check_count(arguments)
-        pullback = self.pullback(*wrt)
+        pullback = self.pullback(*((wrt,) if isinstance(wrt, str) else wrt))
         return lambda *cotangents: pullback.summed(arguments, cotangents)
 
     def _varying(self, wrt: Sequence[str]) -> tuple[str, ...]:

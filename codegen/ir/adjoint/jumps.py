@@ -19,6 +19,7 @@ from ..loops.nodes import (
     If,
     Return,
     Statement,
+    Store,
     Unary,
     Variable,
     While,
@@ -39,10 +40,10 @@ def without_jumps(function: Function) -> tuple[tuple[Statement, ...], tuple[Expr
 
 
 def without_assignments(body: Iterable[Statement], names: Collection[str]) -> tuple[Statement, ...]:
-    """Statements without those that assign to some numbers, and without what is empty then."""
+    """Statements without those that assign to some numbers or elements, and without what is empty then."""
     found: list[Statement] = []
     for s in body:
-        if isinstance(s, Assign) and s.target.name in names:
+        if (isinstance(s, Assign) and s.target.name in names) or (isinstance(s, Store) and s.array.name in names):
             continue
         if isinstance(s, (For, While)):
             s = replace(s, body=without_assignments(s.body, names))
@@ -95,6 +96,8 @@ class _Reader:
                         return (*found, If(condition, self._block((*yes, *rest)), self._block(no)))
                     found.append(If(condition, self._block(yes), self._block(no)))
                     return (*found, *self._guarded(kinds, rest))
+                case If(condition, yes, no):  # where loops may be left
+                    found.append(If(condition, self._block(yes), self._block(no)))
                 case For() | While():
                     found += self._loop(statement)
                     if "return" in _jumps(statement.body):

@@ -24,7 +24,7 @@ from ..loops.nodes import (
     real,
 )  # fmt: skip
 from ..loops.scope import fresh_name
-from ..loops.tangent import OF_ONE, sources
+from ..loops.tangent import OF_ONE, greater_of, over_angle, sources
 from ..loops.types import BOOL, REAL
 
 
@@ -71,8 +71,8 @@ class Cotangents:
     def spread(self, expression: Expression, weight: Expression, visible: set[str]) -> list[Statement]:
         """Statements that add to the cotangents of what an expression is computed from.
 
-        Nothing is added for a cotangent of zero where a partial derivative may be infinite: of a quotient by zero,
-        of the root of zero.
+        Nothing is added for a cotangent of zero where a partial derivative may be infinite or NaN: of a quotient by
+        zero, of the root of zero, or of a product with what is computed and not selected.
 
         Parameters
         ----------
@@ -83,7 +83,7 @@ class Cotangents:
             Numbers and arrays that vary here.
         """
         added = _Spreader(self, visible).spread(expression, weight)
-        if added and any(_has_pole(p) and not visible.isdisjoint(sources(p)) for p in parts(expression)):
+        if added and any(_is_curved(p) and not visible.isdisjoint(sources(p)) for p in parts(expression)):
             return [If(Binary("!=", weight, real(0.0), BOOL), tuple(added))]
         return added
 
@@ -150,25 +150,34 @@ class _Spreader:
             return [_branch(condition, self.spread(b, w), self.spread(a, w))]
         if name == "atan2":
             a, b = arguments
-            square = Binary("+", Binary("*", a, a, REAL), Binary("*", b, b, REAL), REAL)
-            share = Binary("/", w, square, REAL)
-            return self._shared(
-                share,
-                lambda q: [
-                    *self.spread(a, Binary("*", q, b, REAL)),
-                    *self.spread(b, Unary("-", Binary("*", q, a, REAL), REAL)),
-                ],
-            )
+            return self._shared(greater_of(a, b), lambda h: self._angle(a, b, h, w))
         raise AlgorithmError(f"{name} has no derivative", where=self.cotangents.where)
 
+    def _angle(self, a: Expression, b: Expression, size: Expression, w: Expression) -> list[Statement]:
+        """Of atan2: ``size`` is the greater of both, by which they are divided."""
 
-def _has_pole(expression: Expression) -> bool:
-    """Whether a partial derivative may be infinite."""
+        def spread(u: Expression, v: Expression) -> list[Statement]:
+            return self._shared(
+                Binary("/", w, over_angle(u, v, size), REAL),
+                lambda q: [
+                    *self.spread(a, Binary("*", q, v, REAL)),
+                    *self.spread(b, Unary("-", Binary("*", q, u, REAL), REAL)),
+                ],
+            )
+
+        up, along = Binary("/", a, size, REAL), Binary("/", b, size, REAL)
+        return self._shared(up, lambda u: self._shared(along, lambda v: spread(u, v)))
+
+
+def _is_curved(expression: Expression) -> bool:
+    """Whether partial derivatives depend on values, of which some may not be finite."""
     match expression:
+        case Binary("*", left, right, _):
+            return not isinstance(left, Constant) and not isinstance(right, Constant)
         case Binary("/", _, divisor, _):
             return not isinstance(divisor, Constant)
-        case Intrinsic("sqrt" | "log" | "atan2", _, _):
-            return True
+        case Intrinsic(name, _, _):
+            return name not in ("abs", "min", "max")
     return False
 
 

@@ -125,7 +125,7 @@ class _Maker:
         arrays = [p.name for p in self.function.parameters if p.name in results]
         numbers = tuple(name for name in self.wrt if name not in results)
         ends = tuple(self.cotangents.number(n) if n in self.active else real(0.0) for n in numbers)
-        asked = {e.name for e in ends if isinstance(e, Variable)}
+        asked = {e.name for e in ends if isinstance(e, Variable)} | {a.name for a in results.values()}
         forward, backward = _pruned(swept.forward, (*seeds, *swept.backward), self.stable.computed, asked)
         head = [*self._head(sweeper, forward, backward, results), *sweeper.tape.allocated(swept.room)]
         end = [Return(ends)] if ends else []
@@ -226,34 +226,33 @@ class _Maker:
 
 
 def _arrays_of(body: Sequence[Statement]) -> set[str]:
-    found: set[str] = set()
-    for s in walk(tuple(body)):
-        found |= {n for e in expressions(s) for n in names_in(e)}
-        if isinstance(s, Store):
-            found.add(s.array.name)
-        elif isinstance(s, Call):
-            found |= {a.array.name for a in s.arguments if isinstance(a, View)}
-    return found
+    return _reads(body) | {s.array.name for s in walk(tuple(body)) if isinstance(s, Store)}
 
 
 def _reads(body: Sequence[Statement]) -> set[str]:
-    return {n for s in walk(tuple(body)) for e in expressions(s) for n in names_in(e)}
+    found = {n for s in walk(tuple(body)) for e in expressions(s) for n in names_in(e)}
+    calls = (s for s in walk(tuple(body)) if isinstance(s, Call))
+    return found | {a.array.name for s in calls for a in s.arguments if isinstance(a, View)}
 
 
 Block = tuple[Statement, ...]
 
 
 def _pruned(forward: Block, backward: Block, computed: Collection[str], ends: Collection[str]) -> tuple[Block, Block]:
-    """Both sweeps without numbers that nothing reads. ``computed``: those that the reverse sweep computes anew."""
+    """Both sweeps without what nothing reads. ``computed``: numbers that the reverse sweep computes anew."""
     while unread := {n for n in _assigned(backward) if n in computed} - _reads(backward):
         backward = without_assignments(backward, unread)
-    while unread := _assigned((*forward, *backward)) - _reads((*forward, *backward)) - set(ends):
+    while unread := _changed((*forward, *backward)) - _reads((*forward, *backward)) - set(ends):
         forward, backward = without_assignments(forward, unread), without_assignments(backward, unread)
     return forward, backward
 
 
 def _assigned(body: Block) -> set[str]:
     return {s.target.name for s in walk(body) if isinstance(s, Assign)}
+
+
+def _changed(body: Block) -> set[str]:
+    return _assigned(body) | {s.array.name for s in walk(body) if isinstance(s, Store)}
 
 
 def _settled(text: Flat, stable: Stable) -> tuple[Statement, ...]:

@@ -29,15 +29,17 @@ from ..loops.nodes import (
     View,
     While,
     assigned_variables,
+    boolean,
     expressions,
     integer,
     names_in,
     outputs,
     plus,
+    real,
     walk,
 )  # fmt: skip
 from ..loops.scope import fresh_name
-from ..loops.types import INT, REAL, ArrayType
+from ..loops.types import BOOL, INT, REAL, ArrayType
 from .analysis import Bounds, Stable
 from .flat import PassedElement, PassedNumber, Region, fill, written
 from .partials import Cotangents
@@ -325,18 +327,17 @@ class Sweeper:
         return [*body, *added] if added else body[1:]
 
     def _kernel(self, call: Call) -> tuple[list[Statement], set[str]]:
-        """The kernel of the formula's pullback."""
+        """The kernel of the formula's pullback, unless all cotangents are zero: partial derivatives may be NaN then."""
         kernel = call.callee
         assert isinstance(kernel, KernelSignature)
         count = len(kernel.outputs)
         views = [a for a in call.arguments if isinstance(a, View)]
         results, inputs = views[:count], views[count:]
         active = [v for v in results if v.array.name in self.visible]
-        zeros = [z for v in active for z in fill(self._view(v), v.type.size, self.cotangents.taken)]
         varying = [v.array.name in self.visible and not v.is_still for v in inputs]
         names = tuple(n for (n, _), varies in zip(kernel.inputs, varying, strict=True) if varies)
         if not active or not names:
-            return zeros, set()
+            return self._zeros(active), set()
         derived: KernelSignature = kernel.kernel.pullback_signature(names)
         given = [v for v, o in zip(results, kernel.kernel.outputs, strict=True) if o.role != "status"]
         rows = [self._row(v.type.size) for v, varies in zip(inputs, varying, strict=True) if varies]
@@ -346,13 +347,30 @@ class Sweeper:
                 where=self.where, remedy="Declare the arguments by layouts, or use derivative(...)",
             )  # fmt: skip
         weights = [self._view(v) if v.array.name in self.visible else self._row(v.type.size, True) for v in given]
-        body: list[Statement] = [Call(derived, (*rows, *inputs, *weights), ()), *zeros]
         targets = [self._view(v) for v, varies in zip(inputs, varying, strict=True) if varies]
-        for target, row in zip(targets, rows, strict=True):
-            body.append(self._added(target, row))
+        added = [self._added(target, row) for target, row in zip(targets, rows, strict=True)]
+        asked, body = self._any([self._view(v) for v in given if v in active])
+        call = Call(derived, (*rows, *inputs, *weights), ())
+        body.append(If(asked, (call, *self._zeros([v for v in active if v in given]), *added)))
+        body += self._zeros([v for v in active if v not in given])
         home = derived.kernel
-        asked = {node.data[0] for node in reachable(home.forms) if node.op == "var"}
-        return body, {v.array.name for k, v in enumerate(inputs) if k in asked}
+        read = {node.data[0] for node in reachable(home.forms) if node.op == "var"}
+        return body, {v.array.name for k, v in enumerate(inputs) if k in read}
+
+    def _zeros(self, results: Sequence[View]) -> list[Statement]:
+        """What makes the cotangents of some results zero."""
+        return [s for v in results for s in fill(self._view(v), v.type.size, self.cotangents.taken)]
+
+    def _any(self, weights: Sequence[View]) -> tuple[Variable, list[Statement]]:
+        """Whether any cotangent is not zero."""
+        found = Variable(fresh_name("any_share", self.cotangents.taken), BOOL)
+        body: list[Statement] = [Assign(found, boolean(False))]
+        for v in weights:
+            k = Variable(fresh_name("k", self.cotangents.taken), INT)
+            differs = Binary("!=", Load(v.array, plus(v.offset, k)), real(0.0), BOOL)
+            one = Assign(found, Binary("or", found, differs, BOOL))
+            body.append(For(k, integer(0), integer(v.type.size), 1, (one,)))
+        return found, body
 
     def _view(self, view: View) -> View:
         return replace(view, array=self.cotangents.array(view.array), is_still=False)

@@ -118,6 +118,16 @@ def _over(a: Expression, b: Expression) -> Expression:
     return Binary("/", a, b, REAL)
 
 
+def greater_of(a: Expression, b: Expression) -> Expression:
+    """The greater size of two numbers."""
+    return Intrinsic("max", (Intrinsic("abs", (a,), REAL), Intrinsic("abs", (b,), REAL)), REAL)
+
+
+def over_angle(u: Expression, v: Expression, size: Expression) -> Expression:
+    """What derivatives of atan2(size u, size v) are divided by: squares of u and v neither overflow nor vanish."""
+    return _times(Binary("+", _times(u, u), _times(v, v), REAL), size)
+
+
 class _Reader:
     """One algorithm and what is varied."""
 
@@ -248,7 +258,8 @@ class _Reader:
         if [n for _, n in derived.outputs] != [n for _, n in kernel.outputs] * (1 + with_values):
             raise AlgorithmError(
                 f"the derivative of the kernel {kernel.symbol} with respect to {', '.join(names)} has other blades",
-                where=self.function.name, remedy="Declare its result by a layout that holds both.",
+                where=self.function.where or self.function.name,
+                remedy="Declare its result by a layout that holds both.",
             )  # fmt: skip
         directions = [self._view(v) for v, varies in zip(inputs, varying, strict=True) if varies]
         if with_values:
@@ -317,10 +328,11 @@ class _Reader:
             condition = Binary("<" if name == "min" else ">", b, a, BOOL)
             return Select(condition, self._or_zero(db), self._or_zero(da), REAL)
         if name == "atan2":
-            square = Binary("+", _times(a, a), _times(b, b), REAL)
-            top = _minus(_times(b, da) if da else None, _times(a, db) if db else None)
-            return _over(self._or_zero(top), square)
-        raise AlgorithmError(f"{name} has no derivative", where=self.function.name)
+            size = greater_of(a, b)
+            u, v = _over(a, size), _over(b, size)
+            top = _minus(_times(v, da) if da else None, _times(u, db) if db else None)
+            return _over(self._or_zero(top), over_angle(u, v, size))
+        raise AlgorithmError(f"{name} has no derivative", where=self.function.where or self.function.name)
 
 
 def _varying_parameters(callee: Function, arguments: Sequence[Any], active: set[str]) -> frozenset[str]:

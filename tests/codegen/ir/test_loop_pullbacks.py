@@ -35,6 +35,7 @@ from bladesmith.codegen.language import (
     sqrt,
     zeros,
 )  # fmt: skip
+from bladesmith.codegen.trace.outputs import status
 
 from ...support.export.drivers import WARNINGS
 from ...support.targets.derivatives import differences, precise
@@ -76,6 +77,24 @@ def first_above(v: InOut[Vector[3]], limit: Real) -> tuple[Real, Int]:
                 return total * v[0], i
         total = sin(total) + limit
     return total, -1
+
+
+@algorithm
+def left_in_branches(x: Vector[3], n: Int) -> Real:
+    """Loops that are left, in branches that are not."""
+    total = x[0]
+    if x[0] + x[1] > -1.0:
+        for i in range(6):
+            if total * total > 2.0:
+                break
+            if i % 2 == 1:
+                continue
+            total = total * total + x[i % 3] * total + 0.4
+    else:
+        for i in range(n, n + 3):
+            total += sin(total) * x[i % 3]
+            break
+    return total * x[2]
 
 
 @algorithm
@@ -165,6 +184,7 @@ CASES: list[tuple[Any, tuple[Any, ...], tuple[str, ...]]] = [
         (rng.normal(size=(N, 4)), rng.normal(size=(N, 3, 3)), rng.integers(0, 9, (N, 4)), np.arange(N)),
         ("x", "a"),
     ),
+    (left_in_branches, (rng.normal(size=(N, 3)), np.arange(N)), ("x",)),
     (calls, (positive(N), rng.normal(size=(N, 3)), rng.normal(size=N)), ("a", "b", "s")),
     (calls, (positive(N), rng.normal(size=(N, 3)), rng.normal(size=N)), ("s",)),
     (of_rows, (rng.normal(size=(N, 5, 2)), rng.normal(size=(N, 5))), ("rows", "weights")),
@@ -247,6 +267,12 @@ def test_what_items_share_has_the_sum() -> None:
     assert np.allclose(dx, each_x.sum(0), rtol=1e-13) and np.allclose(dy, each_y.sum(1, keepdims=True), rtol=1e-13)
 
 
+def test_one_parameter_by_its_name() -> None:
+    assert len(operators.vjp(np.ones(3), 0.5, wrt="y")(np.zeros(2), 1.0)) == 1
+    with pytest.raises(errors.InputError, match="'xy'; there are: x, y"):
+        operators.vjp(np.ones(3), 0.5, wrt="xy")
+
+
 def test_one_item_and_none() -> None:
     dx, dy = operators.vjp(np.ones(3), 0.5)(np.zeros(2), 1.0)
     assert dx.shape == (3,) and dy.shape == ()
@@ -275,6 +301,33 @@ def root_unless_zero(x: Real, y: Real) -> Real:
     return root if y > 1.0 else x
 
 
+@codegen.kernel(codegen.scalar, codegen.scalar, algebra=cga)
+def checked_root(a, b):
+    return codegen.sqrt(a) * b, status(codegen.select(a >= 0, a.constant(0), a.constant(6)))
+
+
+@algorithm
+def roots_that_exist(x: Vector[3], y: Real) -> Real:
+    """Roots by a kernel with a status, NaN where it is not OK; and what is computed but not selected."""
+    total = y
+    for i in range(3):
+        root, code = checked_root(x[i], total)
+        if code == 0.0:
+            total = root
+        large = exp(1000.0 * x[i])
+        square = large * large * total
+        invalid = sqrt(-1.0 - x[i] * x[i]) * total
+        total = square if x[i] < -100.0 else total
+        total = invalid if x[i] > 100.0 else total
+    return total
+
+
+@algorithm
+def angle(y: Real, x: Real) -> Real:
+    """The angle of a point."""
+    return atan2(y, x)
+
+
 def test_kinks_are_those_of_tangents() -> None:
     (found,) = kinks.vjp(np.zeros(2))(1.0)
     expected = [kinks.derivative("x")(np.zeros(2), d)[1] for d in np.eye(2)]
@@ -286,7 +339,33 @@ def test_what_does_not_count_has_no_infinite_share() -> None:
     assert dx == 1.0 and dy == 0.0
 
 
+def test_what_is_not_selected_may_be_infinite_or_nan() -> None:
+    """By hand: the total is y times roots of 1 and 4."""
+    dx, dy = roots_that_exist.vjp(np.array([1.0, -2.0, 4.0]), 3.0)(1.0)
+    assert np.allclose(dx, [3.0, 0.0, 0.75], rtol=1e-15) and dy == 2.0
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-200, 1.0, 1e200, 2e307])
+def test_angles_of_points_near_and_far(scale: float) -> None:
+    """Against partial derivatives with many digits; squares of the coordinates leave the range of numbers."""
+    y, x = 3.0 * scale, 4.0 * scale
+    context = precise()
+    square = context.mpf(x) ** 2 + context.mpf(y) ** 2
+    expected = [float(context.mpf(x) / square), float(-context.mpf(y) / square)]
+    found = [float(d) for d in angle.vjp(y, x)(1.0)]
+    along = [float(angle.derivative(name)(y, x, 1.0)[1]) for name in "yx"]
+    assert np.allclose([found, along], expected, rtol=1e-15, atol=1e-323)
+
+
 # -- export ------------------------------------------------------------------------------------------------------------
+
+
+@algorithm
+def unread(x: Real, out: Out[Vector[2]]) -> Real:
+    """An array whose values the reverse sweep does not need."""
+    out[0] = 2.0 * x
+    out[1] = x
+    return x * x
 
 
 @pytest.mark.compiles
@@ -296,10 +375,12 @@ def test_exported_c_compiles_without_a_warning(tmp_path: Path) -> None:
     expected = made(x, limit, given, 0.5)
     made.export("c99", tmp_path, name="above")
     in_place.pullback("x", "a").export("c99", tmp_path, name="places")
+    unread.pullback().export("c99", tmp_path, name="unread")
     (tmp_path / "main.c").write_text("""
         #include <stdio.h>
         #include "above.h"
         #include "places.h"
+        #include "unread.h"
         int main(void) {
           double x[3] = {0.5, -0.2, 1.5}, given[3] = {1.0, 2.0, 3.0}, bar[3];
           double limit = above_first_above_vjp_v_limit(x, 0.7, given, 0.5, bar);
