@@ -239,6 +239,7 @@ def _struct(kind: Kind, structs: dict[tuple[str, ...], Struct]) -> Struct | None
     fields = tuple(blade_label(kind.algebra.blade_name(b)) for b in kind.blades)
     if fields not in structs:
         first = next((k.name for k in kind.algebra.kinds.values() if k.blades == kind.blades), kind.name)
+        first = first if first.isidentifier() else f"blades{kind.size}"  # few blades are joined, as in 1_e1_e2
         taken = {s.name for s in structs.values()}
         names = (first if k == 1 else f"{first}_{k}" for k in count(1))  # layouts of many blades share their names
         structs[fields] = Struct(next(n for n in names if n not in taken), fields)

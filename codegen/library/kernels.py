@@ -14,6 +14,7 @@ from ..algebra.loader import algebra_from_data
 from ..algebra.schema import load_spec, stock_spec_path
 from ..declarations import declared_kernels, plain_kernels
 from ..errors import InputError
+from ..formulas.products.invariant import decomposes_in
 from ..generator import selected_variants
 from ..optimise.variants import Variant
 from ..progress import ProgressOption, open_progress
@@ -77,8 +78,9 @@ def library_kernels(algebra: Algebra) -> list[dict[str, Any]]:
     entries = plain_kernels(len(algebra.vectors))
     entries.append({"formula": "products.geometric", "operands": [[k, k] for k in motions]})
     entries.append({"formula": "products.sandwich", "operands": [[m, x] for m in motions[:1] for x in objects]})
-    entries.append({"formula": "ga.exp", "operands": [["twist" if "twist" in kinds else "bivector"]]})
-    entries.append({"formula": "ga.log", "operands": [[k] for k in motions[:1]]})
+    if decomposes_in(algebra):  # else there is no closed form
+        entries.append({"formula": "ga.exp", "operands": [["twist" if "twist" in kinds else "bivector"]]})
+        entries.append({"formula": "ga.log", "operands": [[k] for k in motions[:1]]})
     return [entry for entry in entries if entry["operands"]]
 
 

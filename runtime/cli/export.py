@@ -20,6 +20,7 @@ from . import options
 #: Files of robots.
 ROBOTS = (".urdf", ".sdf", ".xml", ".mjcf")
 _OBJECT = re.compile(r"[\w.]+:[\w.]+")
+_OBJECT_OF_FILE = re.compile(r"(.+)\.py:([\w.]+)")
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,7 @@ def command(
     path = Path(source)
     target = Target(language, out, name, {"dtype": dtype or "", "split": split, "overwrite": force})
     derived = {"--derivative": derivatives, "--jacobian": jacobians}
+    _check_source(path)
     with feedback.preparing(f"exporting {source}"):
         if _OBJECT.fullmatch(source) and not path.exists():
             _refuse(source, {"--only": only, "--tip": tip, "--root": root})
@@ -81,6 +83,19 @@ def _refuse(source: str, given: Mapping[str, Any]) -> None:
     for option, value in given.items():
         if value:
             raise InputError(f"{option} has no meaning here.", where=source)
+
+
+def _check_source(path: Path) -> None:
+    if path.is_dir():
+        raise InputError(
+            "is a folder.", where=str(path), remedy="Give the spec file (.toml) that it was generated from"
+        )
+    if not path.exists() and (found := _OBJECT_OF_FILE.fullmatch(str(path))):
+        module = ".".join(Path(found[1]).parts)
+        raise InputError(
+            "names a file; a kernel or an algorithm is that of a module.", where=str(path),
+            remedy=f"Write {module}:{found[2]}",
+        )  # fmt: skip
 
 
 def _is_spec(path: Path) -> bool:

@@ -123,6 +123,8 @@ class Constructors(TypedAlgebra, Generic[P]):
     def cayley(self, operation: str = "geometric") -> CayleyTable:
         """The table of a product of all basis blades, up to eight dimensions; it prints as one.
 
+        Rows are the left factor, columns the right one.
+
         Parameters
         ----------
         operation : str

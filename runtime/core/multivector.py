@@ -30,6 +30,7 @@ from . import construction, formatting, interning, kind_constraints, linear_maps
 from .arrays import multivector as arrays
 from .constructors import Constructors
 from .functions import exponentials, inverses, norms, powers
+from .geometry.parameters import FIELDS
 from .operators import Number, Operators
 
 if TYPE_CHECKING:
@@ -58,6 +59,12 @@ class Multivector(Operators, Displayed):
     def algebra(self) -> Algebra:
         """The algebra it belongs to."""
         return self._type.algebra  # type: ignore[return-value]
+
+    if not TYPE_CHECKING:  # else any name would be an attribute
+
+        def __getattr__(self, name: str) -> Any:
+            where = f"; objects that have one give it as .parameters().{name}" if name in FIELDS else ""
+            raise AttributeError(f"'Multivector' object has no attribute {name!r}{where}", name=name, obj=self)
 
     # -- functions -----------------------------------------------------------------------------------------
 

@@ -31,8 +31,9 @@ CLEAR = 1e-3
 class Trajectory(TrajectoryStates, TrajectoryExports):
     """States of one body, of a batch of them, or of several bodies, at times.
 
-    Shapes below are those of one body and one simulation; a batch puts (n,) in front, several bodies give
-    dictionaries by name through ``bodies``.
+    Shapes below are those of one body and one simulation; a batch puts (n,) in front. Of several bodies
+    ``trajectory["name"]`` is the trajectory of one, and ``bodies`` has all by name: without a name, poses, velocities,
+    momenta and reactions raise `InputError`.
 
     Attributes
     ----------

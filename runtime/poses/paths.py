@@ -45,6 +45,12 @@ def interpolate(x: Multivector, y: Multivector, t: Any, path: str = "screw", str
         `NOT_UNIQUE`: the poses are half a turn apart to rounding, so that there are two ways.
     """
     name = as_choice(path, "path", PATHS)
+    for each, which in ((x, "x"), (y, "y")):
+        if isinstance(each, Multivector) and 0 not in each.grades:
+            raise InputError(
+                f"{which} is a {each.kind.name.replace('_', ' ')}, and no pose.",
+                remedy="Between objects use objects.interpolate(x, y, alpha=..)",
+            )
     poses = as_pose(x), as_pose(y, "y")
     operands = (*poses, ArrayOperand(t, 0, "t"))
     return with_strict(as_poses(call(f"pose_paths.{name}_path", *operands), *poses), strict, "interpolate")

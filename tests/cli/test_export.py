@@ -11,7 +11,7 @@ from bladesmith.cli.main import run
 from ..support.checkout import CHECKOUT
 
 EXAMPLES = CHECKOUT / "examples" / "kinematics"
-MODULE = '''
+MODULE = """
 from bladesmith import codegen, pga3d
 from bladesmith.codegen.language import Real
 
@@ -24,7 +24,7 @@ def cube(x: Real) -> Real:
     return x * x * x
 
 number = 1
-'''
+"""
 
 
 @pytest.fixture
@@ -32,6 +32,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "exported_module.py").write_text(MODULE)
     (tmp_path / "failing_module.py").write_text("1 / 0\n")
+    (tmp_path / "generated").mkdir()
     (tmp_path / "leaving_module.py").write_text("raise SystemExit(0)\n")
     return tmp_path
 
@@ -72,6 +73,9 @@ def test_a_header_may_stand_apart(folder: Path) -> None:
         (["failing_module:move"], "cannot be imported: ZeroDivisionError"),
         (["leaving_module:move"], "cannot be imported: SystemExit"),
         (["VGA3D"], "did you mean 'vga3d'"),
+        (["exported_module.py:move"], "Write exported_module:move"),
+        (["part/exported_module.py:move"], "Write part.exported_module:move"),
+        (["generated"], "is a folder. Give the spec file (.toml)"),
         (["exported_module:move", "--derivative", "z"], "z"),
         (["exported_module:move", "--only", "x"], "--only has no meaning here"),
         ([str(EXAMPLES / "arm.toml"), "--only", "x"], "--only has no meaning here"),

@@ -95,6 +95,8 @@ def test_the_page_of_the_site_is_small_and_has_the_present_chooser():
     page = CHECKOUT / "docs" / "accuracy" / "report.md"
     text = page.read_text(encoding="utf-8")
     assert page.stat().st_size < 600_000 and template_text("chooser.js") in text
+    form = template_text("chooser.html.j2").partition('<div id="drawing"')[0]
+    assert form in text and "<code>rtol=</code>" in form
     (measured,) = re.findall(r'id="measured">(.*)</script>', text)
     studies = json.loads(measured)
     assert studies.keys() <= STUDIES.keys() and all(study["title"] in text for study in studies.values())

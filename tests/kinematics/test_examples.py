@@ -110,5 +110,7 @@ def test_pictures_have_equal_axes_and_a_name_for_each_body(tmp_path):
     assert (tmp_path / "a.png").stat().st_size > 5000
     with pytest.raises(InputError, match="at least one pose"):
         picture.picture([])
+    with pytest.raises(InputError, match=r"is a DeltaRobot; .*robot\.mechanism\(q\).*delta\.mechanism\(theta\)"):
+        picture.picture(kinematics.DeltaRobot(0.4, 0.15, 0.6, 1.2))
     with pytest.raises(InputError, match="not a format of pictures"):
         picture.picture(tripod(bs.cga3d), "a.xyz")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from ...algebra.algebra import Algebra
 from ...algebra.multivector import Mask, Multivector, absolute, atan2, log, select, sqrt, stumpff0, stumpff1
 from ...errors import GradeError
 from ...status import Status
@@ -38,7 +39,12 @@ NEARLY_EQUAL = 32
 
 def decomposes(like: Multivector, invertibly: bool = False) -> bool:
     """Return whether each bivector of the algebra is a real sum of two commuting simple ones (or is simple)."""
-    p, q, r = like.algebra.signature
+    return decomposes_in(like.algebra, invertibly)
+
+
+def decomposes_in(algebra: Algebra, invertibly: bool = False) -> bool:
+    """The same of an algebra."""
+    p, q, r = algebra.signature
     return p + q + r <= MOST_DIMENSIONS and min(p, q) <= 1 and not (invertibly and r)
 
 

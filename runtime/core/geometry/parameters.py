@@ -22,14 +22,17 @@ class Parameters(tuple[Any, ...]):
         def __getattr__(self, field: str) -> NDArray[Any]: ...
 
 
+#: Names of fields of all classes that were made.
+FIELDS: set[str] = set()
 P = TypeVar("P", bound=Parameters)
 
 
 def parameters_class(name: str, *fields: str) -> type[Parameters]:
     """A named tuple that can carry attributes besides its fields."""
+    FIELDS.update(fields)
     base = namedtuple(name, fields)  # type: ignore[misc]
     home = sys._getframe(1).f_globals["__name__"]  # where its name is: it can be pickled
     return type(name, (base, Parameters), {"__doc__": f"{name}: {', '.join(fields)}.", "__module__": home})
 
 
-__all__ = ["P", "Parameters", "parameters_class"]
+__all__ = ["FIELDS", "P", "Parameters", "parameters_class"]

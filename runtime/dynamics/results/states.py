@@ -15,23 +15,23 @@ from ...mechanics.rigid_body import RigidBody
 from ..integration import runs
 
 Array = NDArray[Any]
+#: Bodies that a message names at most.
+MOST_NAMES = 12
 
 
 class TrajectoryStates:
-    """Poses and velocities of one body of a run; ``bodies`` holds those of the others.
+    """Poses and velocities of one body of a run; of several bodies ``bodies`` holds those of each.
 
     Shapes are those of one simulation; a batch puts (n,) in front.
 
     Parameters
     ----------
     run : runs.Run
-    body : int
-        Index of the body.
     """
 
-    def __init__(self, run: runs.Run, body: int = 0) -> None:
+    def __init__(self, run: runs.Run) -> None:
         self._run, self._assembly = run, run.driver.assembly
-        self._body = body
+        self._chosen: int | None = None if len(self._assembly.names) > 1 else 0
         stored = run.stored
         self._stored = slice(0, stored.item(0) if self._single else int(stored.max()))
         self.time: Array = run.times[self._stored].copy()
@@ -39,6 +39,18 @@ class TrajectoryStates:
     @property
     def _single(self) -> bool:
         return not self._assembly.batched
+
+    @property
+    def _body(self) -> int:
+        """Index of the body."""
+        if self._chosen is None:
+            names = self._assembly.names
+            raise InputError(
+                f"the trajectory is of {len(names)} bodies: {', '.join(names[:MOST_NAMES])}"
+                f"{', ..' if len(names) > MOST_NAMES else ''}.",
+                remedy=f"Ask one of them, as trajectory[{names[-1]!r}].position",
+            )
+        return self._chosen
 
     @property
     def _rigid_body(self) -> RigidBody:
@@ -68,7 +80,7 @@ class TrajectoryStates:
         if name not in names:
             raise InputError(f"there is no body {name!r}; there are: {', '.join(names)}.{suggest(name, names)}")
         other = copy(self)
-        other._body, other.time = names.index(name), self._run.times[self._stored].copy()
+        other._chosen, other.time = names.index(name), self._run.times[self._stored].copy()
         return other
 
     # -- states --------------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -13,7 +14,7 @@ from ..integration.time_grid import Settings, check_room
 from ..model.joint_loads import JointLoad
 from .driver import TreeDriver, TreeRun
 from .executor import TreeTask
-from .problem import TreeProblem, tree_problem
+from .problem import INTEGRATORS, TreeProblem, tree_problem
 
 Array = NDArray[Any]
 #: What can be integrated.
@@ -115,13 +116,16 @@ class TreeChoice:
 
     def _error(self, reason: str) -> InputError:
         what, remedy = "loads of joints are", "Take loads of bodies, as WorldWrench, Spring or Damper"
-        system = self._given[0]
+        system, _, integrator, _ = self._given
         if system is not None and system.couplings:
             what, remedy = "coupled joints are", "Take the robot's system(followers='lock') or 'free'"
         if self._coordinates == "joint":
             what, remedy = "coordinates='joint' is", "Take coordinates='auto', or 'maximal'"
         elif not self._insists:
             what, remedy = "a stepper is", "Take Simulation.run"
+        if integrator not in INTEGRATORS:
+            *first, last = map(json.dumps, INTEGRATORS)
+            remedy = f"Take integrator = {', '.join(first)} or {last}. {remedy.replace('Take', 'Or take')}"
         return InputError(f"{what} for systems of joints with coordinates: {reason}.", remedy=remedy)
 
     def __getstate__(self) -> dict[str, Any]:

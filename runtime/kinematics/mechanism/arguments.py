@@ -70,12 +70,16 @@ def position_of(point: Any, what: str) -> Array:
     return finite_array(values, what, (3,))
 
 
-def check_coordinates(mechanism: Assembly, joint: int) -> None:
-    """Raise `InputError` if a joint has no coordinate: it closes a loop, or its freedoms vary."""
-    name = mechanism.joint_names[joint]
+def check_coordinates(mechanism: Assembly, joint: int, role: str = "") -> None:
+    """Raise `InputError` if the spanning tree has no coordinate of a joint: it closes a loop, or its freedoms vary.
+
+    ``role``: what it was to be at many poses, if a Jacobian is asked.
+    """
+    name, own = mechanism.joint_names[joint], mechanism.joints[joint]
+    body = own.a if own.b == mechanism.fixed else own.b
+    cannot = f"cannot be {role} at many poses" if role else "cannot be driven"
+    instead = f"the body {body!r}, or loop over mechanism.at(..)" if role else f"targets= of its body {body!r}"
     if joint not in mechanism.tree.child_of:
-        raise InputError(
-            f"{name} closes a loop, and has no coordinate.", remedy="Take another joint of it, or its bodies"
-        )
-    if any(c.product is not None for c in mechanism.joints[joint].conditions()):
-        raise InputError(f"{name} has freedoms that change with the pose, and no coordinate.", remedy="Take its bodies")
+        raise InputError(f"{name} closes a loop, and {cannot}.", remedy=f"Take another joint of it, or use {instead}")
+    if any(c.product is not None for c in own.conditions()):
+        raise InputError(f"{name} has freedoms that change with the pose, and {cannot}.", remedy=f"Use {instead}")

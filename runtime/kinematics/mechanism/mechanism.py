@@ -249,7 +249,7 @@ class Mechanism(MechanismDynamics, Displayed):
         array (outputs, inputs), or (..., outputs, inputs)
         array of Status (...)
             With ``status``. SINGULAR: outputs are undetermined; UNREACHABLE: the joints do not allow the inputs, or the
-            pose does not close the loops.
+            pose does not close the loops; of a pose that was not found that of the pose.
 
         Raises
         ------
@@ -267,7 +267,9 @@ class Mechanism(MechanismDynamics, Displayed):
                     return (usual, np.zeros((), np.uint8)) if status else usual
             values, codes, _ = jacobians(self, inputs, outputs, poses, method, threads)
             if strict and not status:
-                raise_first(codes, "pose")
+                raise_first(
+                    codes, "pose", explain=lambda *_: "; strict=False goes on, status=True says which have none"
+                )
             return (values, codes) if status else values
         analysis = analyze(self, inputs, outputs)
         if strict:

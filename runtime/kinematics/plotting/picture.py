@@ -15,19 +15,22 @@ from scipy.spatial import ConvexHull
 
 from ... import plot as drawn
 from ...common.deprecation import renamed_keywords
+from ...common.validation import as_instance
 from ...core.geometry.euclidean import perpendicular
 from ...errors import InputError
 from ...plot import axes_setup, palette
 from ...plot.style import add_plate, add_surface, check_suffix, finish_picture, uniform_rows
 from ...plot.tessellation import Box
 from ...plot.view_box import surrounding_box
+from ..mechanism.mechanism import Mechanism
 from .glyphs import Mark, Sketch, mechanism_sketch
 
 if TYPE_CHECKING:
     from ...plot.matplotlib_import import Axes3D
-    from ..mechanism.mechanism import Mechanism
 
 Array = NDArray[Any]
+#: What makes mechanisms, for messages.
+MAKERS = "Draw robot.mechanism(q) of a robot, delta.mechanism(theta) of a Delta robot"
 #: Width of sticks, in points.
 STICK = 3.2
 #: Width of the edges of plates, in points.
@@ -120,7 +123,10 @@ def picture(
     MissingExtraError
         If matplotlib is not installed (extra `plot`).
     """
-    several = list(mechanism) if isinstance(mechanism, Sequence) else [mechanism]
+    several = [
+        as_instance(each, "the mechanism", Mechanism, "a mechanism at a pose", remedy=MAKERS)
+        for each in (mechanism if isinstance(mechanism, list | tuple) else [mechanism])
+    ]
     if not several:
         raise InputError("a picture shows at least one pose.")
     check_suffix(path)

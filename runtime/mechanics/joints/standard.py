@@ -121,7 +121,7 @@ class Revolute(Joint):
     a, b : str
     geometry, point : Multivector
         In the world, where the bodies are at the start. It turns counter-clockwise about the circle's normal, from the
-        first point of a pair to the second, along the line.
+        first point of a pair to the second, along the line. Of a circle only center and normal count: any radius.
     other, other_point : Multivector, optional
         The same objects as the second body has them, if they are not (yet) at the first one's.
     """

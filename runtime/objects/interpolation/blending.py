@@ -316,6 +316,12 @@ def _part(x: Multivector, i: int) -> Multivector:
 
 
 def _operands(x1: Any, x2: Any, alpha: Any) -> tuple[Multivector, Multivector, Any]:
+    for x in (x1, x2):
+        if isinstance(x, Multivector) and 0 in x.grades:
+            raise GradeError(
+                f"a {x.kind.name.replace('_', ' ')} of {x.algebra.name} is no object.",
+                remedy="Between poses use poses.interpolate(x, y, t)",
+            )
     a, b = pair(x1, x2)
     weight = alpha if isinstance(alpha, float | int) else real_array(alpha, "alpha")
     broadcast_shapes({"X": a.shape, "Y": b.shape, "alpha": np.shape(weight)})

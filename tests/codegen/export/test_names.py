@@ -12,8 +12,12 @@ import pytest
 
 import bladesmith as bs
 from bladesmith import codegen, pga3d
-from bladesmith.codegen.export.options import LANGUAGES
+from bladesmith.codegen.algebra.loader import PRESETS, STOCK
+from bladesmith.codegen.algebra.schema import load_spec, stock_spec_path
+from bladesmith.codegen.export.export import export
+from bladesmith.codegen.export.options import LANGUAGES, ExportOptions
 from bladesmith.codegen.language import Real
+from bladesmith.codegen.library.kernels import library_variants
 from bladesmith.errors import BladesmithError, InputError
 
 
@@ -129,3 +133,20 @@ def hidden(x: Real) -> Real:
 def test_notes_have_nothing_that_cannot_be_seen(language: str, tmp_path: Path) -> None:
     for path in hidden.export(language, tmp_path):
         assert path.read_text().replace("\n", "").isprintable()
+
+
+@pytest.mark.parametrize(
+    ("algebra", "only"),
+    [
+        *(("vga2d", f"{product}_multivector_multivector") for product in ("inner", "outer", "geometric")),
+        ("pga2d", "inner_*"), ("dcga", "*_vector_vector"), ("qcga", "inner_vector_vector"),
+        *(pytest.param(name, "*", marks=pytest.mark.slow) for name in (*STOCK, *PRESETS)),
+    ],
+)  # fmt: skip
+def test_every_algebra_has_names_for_its_results(algebra: str, only: str, tmp_path: Path) -> None:
+    variants = library_variants(load_spec(stock_spec_path(algebra)), [only])
+    (path,) = export(variants, tmp_path, ExportOptions("c99", algebra))
+    structs = re.findall(r"^\} (\w+);", path.read_text(), re.MULTILINE)
+    assert variants and len(structs) == len(set(structs))
+    if (algebra, only) == ("vga2d", "inner_multivector_multivector"):
+        assert "vga2d_blades3" in structs

@@ -203,3 +203,16 @@ def test_a_mechanism_that_becomes_singular_says_when():
         joint = kinematics.Spherical("base", "one", CGA.point((0, 0, 0)))
         system = dynamics.System({"one": rod(1.0, [(0, 0, 0), (1, 0, 0)])}, [joint])
         dynamics.Simulation(system, [GRAVITY], [pinned]).run(1.0)
+
+
+def test_a_trajectory_of_several_bodies_is_asked_for_one_of_them() -> None:
+    bodies = {name: dynamics.RigidBody(1.0, (1.0, 1.0, 1.0), (i, 0, 0)) for i, name in enumerate(("frame", "flap"))}
+    system = dynamics.System(bodies, [hinge("frame", "flap", (1, 0, 0), (0, 0, 1))])
+    found = dynamics.Simulation(system, dynamics.Gravity()).run(0.1, times=[0.0, 0.1])
+    for name in ("motor", "twist", "position", "orientation", "velocity", "angular_velocity", "momentum", "reaction"):
+        with pytest.raises(InputError, match=r"2 bodies: frame, flap.*trajectory\['flap'\]\.position"):
+            getattr(found, name)
+        getattr(found["flap"], name)
+    assert found.energy.shape == (2,) and found["flap"].position[0] == pytest.approx([1, 0, 0])
+    one = dynamics.System({"flap": bodies["flap"]}, [kinematics.Spherical("base", "flap", CGA.point((0, 0, 0)))])
+    assert dynamics.Simulation(one).run(0.1, times=[0.1]).position.shape == (1, 3)

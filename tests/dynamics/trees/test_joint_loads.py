@@ -120,7 +120,12 @@ def test_what_loads_of_joints_refuse() -> None:
         (dynamics.JointSpring(3, 1.0), {}, "3 is no joint"),
         (dynamics.JointSpring("hinge", 1.0, freedom=1), {}, "has 1 freedoms"),
         (spring, {"coordinates": "maximal"}, "coordinates of joints"),
-        (spring, {"integrator": "taylor"}, "loads of joints are for systems .*: integrator 'taylor'"),
+        (
+            spring,
+            {"integrator": "taylor"},
+            'loads of joints are for systems .*: integrator \'taylor\'.*integrator = "auto", "adaptive", "implicit", '
+            '"rk4", "rkmk4" or "rkmk5"',
+        ),
         (spring, {"constraints": [dynamics.Pin(CGA.point((0, 0, HALF)))]}, "constraints besides the joints"),
     ):
         with pytest.raises(InputError, match=reason):

@@ -87,6 +87,11 @@ ASKED = {
         "not finite",
     ),
     "an unknown method": (lambda m: m.jacobian("a", "crank", poses={}, method="magic"), InputError, "magic"),
+    "a loop joint at many poses": (
+        lambda m: m.jacobian("a", m.joints[m.tree.loop_joints[0]], poses={}),
+        InputError,
+        r"cannot be an output at many poses.*use the body '\w+', or loop over mechanism\.at",
+    ),
     "freedoms that vary": (
         lambda _: held_by("universal").solve_pose({"j": [0, 0]}),
         InputError,
@@ -114,7 +119,10 @@ def test_poses_that_are_not_found_are_no_numbers() -> None:
     none = np.isnan(found["coupler"].values)
     assert none[2].all() and not none[[0, 1, 3]].any() and np.isnan(found.coordinates(bars.joints[3])[2]).all()
     rates, status = bars.jacobian(bars.joints[0], "coupler", poses=found, status=True)
-    assert np.isnan(rates[2]).all() and status[2] and not status[[0, 1, 3]].any()
+    assert np.isnan(rates[2]).all() and status[2] == Status.UNREACHABLE and not status[[0, 1, 3]].any()
+    with pytest.raises(BladesmithError, match="item 2 is UNREACHABLE.*strict=False"):
+        bars.jacobian(bars.joints[0], "coupler", poses=found)
+    assert np.isnan(bars.jacobian(bars.joints[0], "coupler", poses=found, strict=False)[2]).all()
     for other in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
         assert np.array_equal(other["left"].values, found["left"].values, equal_nan=True)
         again = other.mechanism.at({name: other[name][1] for name in other.mechanism.moving})

@@ -39,7 +39,7 @@ def jacobians(
     code = np.where((code == DONE) & (residual > CLOSED), NOT_ALLOWED, code)
     code[bad], values[bad], residual[bad] = NOT_FINITE, np.nan, np.nan
     values = values.reshape(*at.shape, *values.shape[-2:])
-    status = _CODES[code].reshape(at.shape)
+    status = np.where(at.status, at.status, _CODES[code].reshape(at.shape)).astype(np.uint8)  # why there is no pose
     return values, status, residual.reshape(at.shape)
 
 
@@ -73,7 +73,7 @@ def _inputs(mechanism: Assembly, inputs: Any) -> tuple[list[int], tuple[int, Arr
     for x in as_list(inputs):
         j = mechanism.find_joint(x)
         if j is not None:
-            check_coordinates(mechanism, j)
+            check_coordinates(mechanism, j, "an input")
             if j in driven:
                 raise InputError(f"{mechanism.joint_names[j]} is given twice.")
             driven.append(j)
@@ -121,7 +121,7 @@ def _outputs(mechanism: Assembly, outputs: Any) -> tuple[tuple[tuple[int] | tupl
     for x in requested:
         joint = mechanism.find_joint(x)
         if joint is not None:
-            check_coordinates(mechanism, joint)
+            check_coordinates(mechanism, joint, "an output")
             found.append((joint,))
             continue
         name, point = body_and_value(x, "point")
