@@ -215,4 +215,4 @@ def test_a_trajectory_of_several_bodies_is_asked_for_one_of_them() -> None:
         getattr(found["flap"], name)
     assert found.energy.shape == (2,) and found["flap"].position[0] == pytest.approx([1, 0, 0])
     one = dynamics.System({"flap": bodies["flap"]}, [kinematics.Spherical("base", "flap", CGA.point((0, 0, 0)))])
-    assert dynamics.Simulation(one).run(0.1, times=[0.1]).position.shape == (1, 3)
+    assert dynamics.Simulation(one).run(0.1, times=[0.0, 0.1]).position.shape == (2, 3)
