@@ -45,13 +45,14 @@ def motors_from(x: Any, algebra: Algebra, name: str) -> Multivector:
     home = x.algebra
     if home is algebra:
         return x
-    if not isinstance(home, EuclideanAlgebra) or home.space != target.space:
+    has_motors = isinstance(home, EuclideanAlgebra) and not set(NULL_VECTORS).isdisjoint(home.vectors)
+    if not has_motors or cast(EuclideanAlgebra, home).space != target.space:
         what = f"{name} is a {x.kind.name} of {home.name}; a motor of {algebra.name} is needed."
         raise AlgebraMismatchError(
             what, remedy=f"Motors of cga{size - 1}d and of pga{size - 1}d are taken, and matrices"
         )
     motor = x.as_kind("motor")
-    places, signs = _blades(home, target)
+    places, signs = _blades(cast(EuclideanAlgebra, home), target)
     return algebra.wrap(algebra.kind("motor"), motor._data[..., places] * signs.astype(motor.dtype), motor._status)
 
 

@@ -16,7 +16,7 @@ from ...mechanics.motion_closed_kinds import is_movable
 
 def check_object(x: Any, what: str) -> None:
     remedy = None
-    if not isinstance(x, Multivector) and np.shape(x) == (3,):
+    if (x.shape == (3,)) if isinstance(x, np.ndarray) else (isinstance(x, (list, tuple)) and len(x) == 3):
         remedy = f"Make it a point: cga.point({short_repr(x)})"
     check_coefficients(as_instance(x, what, Multivector, "a multivector", remedy=remedy), what)
     if not np.any(x.values):

@@ -167,11 +167,12 @@ def test_transformed_is_the_sandwich(R):
 
 @pytest.mark.parametrize("R, message", [
     (cga.transversor((0.1, 0, 0)), "n_inf"), (2.0 * TURN, "not 1"), (cga.plane((0, 0, 1), 0.0), "no|n_inf|not 1"),
-    (cga.e1, "even"), (cga.multivector({"1": np.nan, "e12": 1.0}), "finite"), (np.eye(4), "a multivector is needed"),
-    (bs.pga3d.translator((1, 0, 0)), "pga3d"), (cga.translator(np.eye(3)), "one rotor"),
+    (cga.e1, "even"), (cga.multivector({"1": np.nan, "e12": 1.0}), "finite"),
+    (np.eye(3), r"\(\.\.\., 4, 4\) is needed"),
+    ((0.5 * bs.vga3d.e12).exp(), "vga3d"), (cga.translator(np.eye(3)), "one rotor"),
 ])  # fmt: skip
 def test_what_moves_no_model_is_refused(R, message):
-    with pytest.raises(errors.InputError, match=message):
+    with pytest.raises((errors.InputError, errors.AlgebraMismatchError), match=message):
         model_of().transformed(R)
 
 
