@@ -28,7 +28,7 @@ UNTYPED = {
     ),
     "sparse matrices of scipy": r"constraint_matrix|joint_jacobian|body_jacobian|Loops\.matrix|Tree\.solver",
     "what a user's function takes and gives": (
-        r"(KernelFunction|Kernel|Algorithm(Function|Derivative|Text)?)\.(\w+)"
+        r"(KernelFunction|Kernel|(Sized)?Algorithm(Function|Derivative|Pullback|Text)?)\.(\w+)"
         r"|(Event|PinLinear)\.function|KernelSignature\.kernel"
     ),
     "whatever was interrupted": r"(Interrupted|ExecutorError)\.partial|Progress\.detail",
