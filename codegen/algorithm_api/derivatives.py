@@ -19,7 +19,30 @@ from .compiled import CompiledAlgorithm
 from .sized import SizedAlgorithm, is_real
 
 
-class AlgorithmDerivative(CompiledAlgorithm):
+class DerivedAlgorithm(CompiledAlgorithm):
+    """What is derived from an algorithm with respect to some of its parameters.
+
+    Parameters
+    ----------
+    algorithm : AlgorithmFunction
+    wrt : tuple of str
+    """
+
+    #: What the name has between the algorithm's and the parameters'.
+    mark: str
+
+    def __init__(self, algorithm: SizedAlgorithm, wrt: tuple[str, ...]) -> None:
+        super().__init__()
+        self.algorithm = algorithm
+        self.wrt = wrt
+        self.__name__ = f"{algorithm.name}_{self.mark}_{'_'.join(wrt)}"
+        self.__module__ = algorithm.__module__
+
+    def declared_arguments(self) -> Sequence[Any]:
+        return self.algorithm.declared_arguments()
+
+
+class AlgorithmDerivative(DerivedAlgorithm):
     """The derivative of an algorithm along directions of some of its parameters; see `AlgorithmFunction.derivative`.
 
     Parameters
@@ -28,12 +51,7 @@ class AlgorithmDerivative(CompiledAlgorithm):
     wrt : tuple of str
     """
 
-    def __init__(self, algorithm: SizedAlgorithm, wrt: tuple[str, ...]) -> None:
-        super().__init__()
-        self.algorithm = algorithm
-        self.wrt = wrt
-        self.__name__ = f"{algorithm.name}_d_{'_'.join(wrt)}"
-        self.__module__ = algorithm.__module__
+    mark = "d"
 
     def __call__(self, *arguments: Any) -> Any:
         """Results and their tangents.
@@ -44,9 +62,6 @@ class AlgorithmDerivative(CompiledAlgorithm):
             Those of the algorithm, then directions.
         """
         return self.call("c", arguments)
-
-    def declared_arguments(self) -> Sequence[Any]:
-        return self.algorithm.declared_arguments()
 
     def function_for(self, arguments: Sequence[Any]) -> Function:
         return tangent_of(self.algorithm.function_for(arguments), self.wrt).function
@@ -71,7 +86,7 @@ class AlgorithmDerivative(CompiledAlgorithm):
         return derived.function, [*algorithm.items(own), *tangents]
 
 
-class AlgorithmPullback(CompiledAlgorithm):
+class AlgorithmPullback(DerivedAlgorithm):
     """The reverse derivative of an algorithm with respect to some of its parameters; see `AlgorithmFunction.pullback`.
 
     Parameters
@@ -80,12 +95,7 @@ class AlgorithmPullback(CompiledAlgorithm):
     wrt : tuple of str
     """
 
-    def __init__(self, algorithm: SizedAlgorithm, wrt: tuple[str, ...]) -> None:
-        super().__init__()
-        self.algorithm = algorithm
-        self.wrt = wrt
-        self.__name__ = f"{algorithm.name}_vjp_{'_'.join(wrt)}"
-        self.__module__ = algorithm.__module__
+    mark = "vjp"
 
     def __call__(self, *arguments: Any) -> Any:
         """Cotangents of the parameters, of each item.
@@ -97,9 +107,6 @@ class AlgorithmPullback(CompiledAlgorithm):
             each real number that it returns.
         """
         return self.call("c", arguments)
-
-    def declared_arguments(self) -> Sequence[Any]:
-        return self.algorithm.declared_arguments()
 
     def function_for(self, arguments: Sequence[Any]) -> Function:
         return self.made(arguments).function
