@@ -31,7 +31,8 @@ class Sensitivities(dict[str, "Sensitivity"]):
 class Sensitivity:
     """Derivatives of a body's trajectory with respect to the k components of a parameter, at its stored times.
 
-    Shapes are those of one simulation; a batch puts (n,) in front.
+    Shapes are those of one simulation; a batch puts (n,) in front. Of several bodies ``sensitivity["name"]`` is that
+    of one; ``energy`` and ``time`` are of all.
 
     Attributes
     ----------
@@ -51,6 +52,10 @@ class Sensitivity:
 
     def __init__(self, trajectory: TrajectoryStates, part: slice) -> None:
         self._trajectory, self._part = trajectory, part
+
+    def __getitem__(self, body: str) -> Sensitivity:
+        """Derivatives of the trajectory of one body of a system."""
+        return Sensitivity(self._trajectory[body], self._part)
 
     @property
     def _assembly(self) -> Assembly:

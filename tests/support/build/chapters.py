@@ -63,7 +63,7 @@ def picture(surface: Any) -> list[Any]:
 def simulations() -> list[Any]:
     start = ROBOT.inverse(np.array([0.1, 0.2, 0.9]))
     run = dynamics.Simulation(ROBOT.system(start)).run(0.02)
-    return [run.time, run.violation, run.motor.values]
+    return [run.time, run.violation, run["platform"].motor.values]
 
 
 def chain() -> Any:
