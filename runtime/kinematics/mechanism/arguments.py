@@ -16,6 +16,8 @@ from ...mechanics.joints.base import Joint
 from .structure import Assembly
 
 Array = NDArray[Any]
+#: Role of a joint whose speeds are requested.
+OUTPUT = "an output"
 
 
 def as_list(x: Any) -> list[Any]:
@@ -73,13 +75,13 @@ def position_of(point: Any, what: str) -> Array:
 def check_coordinates(mechanism: Assembly, joint: int, role: str = "") -> None:
     """Raise `InputError` if the spanning tree has no coordinate of a joint: it closes a loop, or its freedoms vary.
 
-    ``role``: what it was to be at many poses, if a Jacobian is asked.
+    ``role``: what it was to be at many poses, if a Jacobian is asked; an output may close a loop.
     """
     name, own = mechanism.joint_names[joint], mechanism.joints[joint]
     body = own.a if own.b == mechanism.fixed else own.b
     cannot = f"cannot be {role} at many poses" if role else "cannot be driven"
     instead = f"the body {body!r}, or loop over mechanism.at(..)" if role else f"targets= of its body {body!r}"
-    if joint not in mechanism.tree.child_of:
+    if joint not in mechanism.tree.child_of and role != OUTPUT:
         raise InputError(f"{name} closes a loop, and {cannot}.", remedy=f"Take another joint of it, or use {instead}")
     if any(c.product is not None for c in own.conditions()):
         raise InputError(f"{name} has freedoms that change with the pose, and {cannot}.", remedy=f"Use {instead}")

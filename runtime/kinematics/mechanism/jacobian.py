@@ -16,6 +16,10 @@ from .structure import Assembly
 from .velocity_solver import KnownVelocities
 
 Array = NDArray[Any]
+#: Names of inputs or outputs that the text of an analysis has at most.
+MOST = 3
+#: Parts of a direction below this fraction of its largest are not in its text.
+SMALL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +40,8 @@ class Analysis:
         Nonzero singular values of the system for the unknown speeds, in the mechanism's frame and unit.
     noise : float
         Fractions that count as rounding.
+    inputs, outputs : tuple of str
+        Names of the columns and rows of the Jacobian.
     """
 
     jacobian: Array
@@ -44,12 +50,47 @@ class Analysis:
     lost: Array
     singular_values: Array
     noise: float
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
 
     @property
     def condition(self) -> float:
         """The largest of the singular values over the smallest."""
         values = self.singular_values
         return float(values.max() / values.min()) if len(values) else 1.0
+
+    @property
+    def singular(self) -> bool:
+        """Whether the pose is singular: outputs can move while all inputs rest, or move in too few directions.
+
+        The first is a forward singularity, and holds at every pose where inputs are missing. The second is an inverse
+        one: fewer directions than there are outputs and inputs that the joints allow. Printed, the analysis says which.
+        """
+        return bool(self.open.size or self.idle_inputs.size)
+
+    @property
+    def idle_inputs(self) -> Array:
+        """Orthonormal combinations (inputs, k) of inputs that move no output, where as many outputs could move."""
+        rank = len(self.outputs) - self.lost.shape[1]
+        if rank >= min(len(self.outputs), int((self.residual <= self.noise).sum())):
+            return np.zeros((len(self.inputs), 0))
+        return np.asarray(np.linalg.svd(self.jacobian)[2][rank:].T)
+
+    def __str__(self) -> str:
+        kinds = [word for word, found in (("forward", self.open), ("inverse", self.idle_inputs)) if found.size]
+        what = f"singular ({' and '.join(kinds)})" if kinds else f"regular, condition {self.condition:.3g}"
+        lines = [f"{_listed(self.inputs)} -> {_listed(self.outputs)}: {what}"]
+        if kinds:
+            lost = self.lost if len(self.outputs) <= len(self.inputs) else np.zeros((0, 0))  # else never few
+            for text, names, directions in (
+                ("moves while all inputs rest", self.outputs, self.open),
+                ("does not move, for any inputs", self.outputs, lost),
+                ("has no effect", self.inputs, self.idle_inputs),
+            ):
+                lines += [f"  {text}: {_combination(x, names)}" for x in directions.T]
+        for k in np.flatnonzero(self.residual > self.noise):
+            lines.append(f"  the joints forbid: {self.inputs[k]} ({self.residual[k]:.0%} of it)")
+        return "\n".join(lines)
 
     def check(self) -> None:
         """Check that the inputs are allowed and determine the outputs.
@@ -64,29 +105,31 @@ class Analysis:
         if self.residual.max(initial=0) > self.noise:
             worst = int(self.residual.argmax())
             raise ConstraintError(
-                f"input {worst} violates the joint constraints (relative residual {self.residual[worst]:.3g}).",
+                f"input {worst} ({self.inputs[worst]}) violates the joint constraints (relative residual "
+                f"{self.residual[worst]:.3g}).",
                 remedy="Give inputs that the mechanism allows, as (body, twists), or strict=False for the nearest ones",
             )
         if self.open.size:
-            direction = np.array2string(self.open[:, 0], precision=3, suppress_small=True)
             raise UndeterminedError(
-                f"the outputs can move along {direction} while all inputs rest: the pose is singular, or inputs are "
-                "missing.",
+                f"outputs can move ({_combination(self.open[:, 0], self.outputs)}) while all inputs rest: the pose is "
+                "singular, or inputs are missing.",
                 remedy="Add inputs, take another pose, or give strict=False for the least speeds",
             )
 
 
 def analyze(mechanism: Assembly, inputs: Any, outputs: Any) -> Analysis:
     """Jacobian and its defects, for inputs and outputs as in `Mechanism.jacobian`."""
-    known = KnownVelocities(mechanism)
+    known, names = KnownVelocities(mechanism), list[str]()
     for x in as_list(inputs):
         joint = mechanism.find_joint(x)
         if joint is not None:
             known.add_joint(joint)
         else:
             known.add_body(*body_and_value(x, "twists"))
+        names += _names(mechanism, x, known.count - len(names))
     solution = known.solve()
     maps = [_output(mechanism, x) for x in as_list(outputs)]
+    rows = [name for x, (_, m) in zip(as_list(outputs), maps, strict=True) for name in _names(mechanism, x, len(m))]
     if not maps:
         raise InputError("there are no outputs; a joint or a body is needed.")
     jacobian, undetermined = (
@@ -97,7 +140,37 @@ def analyze(mechanism: Assembly, inputs: Any, outputs: Any) -> Analysis:
     open_ = directions[:, : len(values)][:, values > unit]
     directions, values, _ = np.linalg.svd(jacobian)
     lost = directions[:, int((values > unit * np.abs(solution.speeds).max(initial=0)).sum()) :]
-    return Analysis(jacobian, solution.residual, open_, lost, solution.singular_values, mechanism.velocity_tol)
+    return Analysis(
+        jacobian, solution.residual, open_, lost, solution.singular_values, mechanism.velocity_tol, tuple(names),
+        tuple(rows),
+    )  # fmt: skip
+
+
+def _names(mechanism: Assembly, x: Any, count: int) -> list[str]:
+    """Names of the speeds of an input or output."""
+    joint = mechanism.find_joint(x)
+    name, value = (mechanism.joint_names[joint], None) if joint is not None else body_and_value(x, "value")
+    if count == 1:
+        return [name]
+    if joint is not None or (value is not None and count != 3):
+        return [f"{name}[{k}]" for k in range(count)]
+    parts = "xyz" if count == 3 else mechanism.algebra.kind("twist").blades
+    return [f"{name} {part if count == 3 else mechanism.algebra.blade_name(part)}" for part in parts]
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return ", ".join(names[:MOST]) + (f" and {len(names) - MOST} more" if len(names) > MOST else "")
+
+
+def _combination(direction: Array, names: tuple[str, ...]) -> str:
+    """Text of a combination of named speeds, the largest of which is 1."""
+    shares = direction / direction[np.abs(direction).argmax()]
+    terms = [
+        f"{'-' if x < 0 else '+'} {'' if f'{abs(x):.3g}' == '1' else f'{abs(x):.3g} '}{name}"
+        for x, name in zip(shares, names, strict=True)
+        if abs(x) > SMALL
+    ]
+    return " ".join(terms).removeprefix("+ ")
 
 
 def _output(mechanism: Assembly, x: Any) -> tuple[Any, Array]:

@@ -236,7 +236,7 @@ class Mechanism(MechanismDynamics, Displayed):
             False: the nearest inputs that the joints allow, the least speeds of undetermined outputs; see `analysis`.
         poses : Poses or mapping of str to Multivector (...), optional
             Poses to evaluate, all of them in one compiled call; points and twists are still given at the mechanism's
-            own pose. Joints that close loops, and those whose freedoms vary, are neither inputs nor outputs there.
+            own pose. Joints that close loops are no inputs there, those whose freedoms vary neither inputs nor outputs.
         method : {"elimination", "general"}
             At poses: elimination of unknown speeds in an order chosen for the mechanism, or orthogonal elimination.
         status : bool
@@ -277,7 +277,10 @@ class Mechanism(MechanismDynamics, Displayed):
         return analysis.jacobian
 
     def analysis(self, inputs: Any, outputs: Any) -> Analysis:
-        """The Jacobian with its defects: speeds not allowed, undetermined or lost directions, singular values."""
+        """The Jacobian with its defects: speeds not allowed, undetermined or lost directions, singular values.
+
+        Printed, it says whether the pose is singular, and along which inputs and outputs; see `Analysis`.
+        """
         return analyze(self, inputs, outputs)
 
     @renamed_keywords(known="velocities")

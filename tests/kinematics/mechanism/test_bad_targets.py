@@ -88,9 +88,14 @@ ASKED = {
     ),
     "an unknown method": (lambda m: m.jacobian("a", "crank", poses={}, method="magic"), InputError, "magic"),
     "a loop joint at many poses": (
-        lambda m: m.jacobian("a", m.joints[m.tree.loop_joints[0]], poses={}),
+        lambda m: m.jacobian(m.joints[m.tree.loop_joints[0]], "a", poses={}),
         InputError,
-        r"cannot be an output at many poses.*use the body '\w+', or loop over mechanism\.at",
+        r"cannot be an input at many poses.*use the body '\w+', or loop over mechanism\.at",
+    ),
+    "freedoms that vary at many poses": (
+        lambda _: held_by("universal").jacobian("x", "j", poses={}),
+        InputError,
+        "change with the pose, and cannot be an output at many poses",
     ),
     "freedoms that vary": (
         lambda _: held_by("universal").solve_pose({"j": [0, 0]}),

@@ -135,7 +135,7 @@ class JacobianPlan:
         self._held, self._general = held, general
         request = requested(mechanism, inputs, outputs)
         self._driver, self._points = request.driver, request.driver.points(request.points)
-        self._is_usual = request.coupled is None
+        self._is_usual = request.coupled is None and not request.closing
         self._free: list[tuple[ItemFrame, tuple[int, int], Array, Array]] = []  # frames that no call uses
 
     def _frame(self) -> tuple[ItemFrame, tuple[int, int], Array, Array] | None:

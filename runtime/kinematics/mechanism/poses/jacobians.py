@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....codegen.errors import InputError
+from ....dispatch.formulas import evaluate
 from ....status import Status
-from ..arguments import as_list, body_and_value, check_coordinates, position_of
+from ..arguments import OUTPUT, as_list, body_and_value, check_coordinates, position_of
 from ..driver import DONE, NOT_ALLOWED, NOT_FINITE, OPEN, Driver, driver_of
 from ..structure import Assembly
 from ..velocity_solver import twist_columns
@@ -32,10 +33,11 @@ def jacobians(
 ) -> tuple[Array, Array, Array]:
     """Jacobians (..., outputs, inputs) at poses, their status and residual; see `Mechanism.jacobian`."""
     at = poses_of(mechanism, poses, "poses")
-    driver, points, coupled = requested(mechanism, inputs, outputs)
+    driver, points, coupled, closing = requested(mechanism, inputs, outputs)
     motors, bad = initial_motors(mechanism, at, at.shape)
     values, residual, code = driver.jacobians(motors, driver.points(points), method == "general", threads)
     values = values if coupled is None else values @ coupled
+    values = _closing_speeds(mechanism, motors, values, closing) if closing else values
     code = np.where((code == DONE) & (residual > CLOSED), NOT_ALLOWED, code)
     code[bad], values[bad], residual[bad] = NOT_FINITE, np.nan, np.nan
     values = values.reshape(*at.shape, *values.shape[-2:])
@@ -44,24 +46,26 @@ def jacobians(
 
 
 class Request(NamedTuple):
-    """A driver, points of bodies whose velocities are requested, and the map from the inputs' speeds to those of the
-    driver, where some joints follow others.
+    """A driver, points of bodies whose velocities are requested, the map from the inputs' speeds to those of the
+    driver, where some joints follow others, and joints that close loops, each with the first row of what is requested
+    for it: the twists of those of its bodies that can move.
     """
 
     driver: Driver
     points: list[Array]
     coupled: Array | None
+    closing: list[tuple[int, int]]
 
 
 def requested(mechanism: Assembly, inputs: Any, outputs: Any) -> Request:
     """Inputs and outputs as in `Mechanism.jacobian`, checked."""
     driven, target, coupled = _inputs(mechanism, inputs)
-    speeds, points = _outputs(mechanism, outputs)
+    speeds, points, closing = _outputs(mechanism, outputs)
     driver = driver_of(
         mechanism, driven=tuple(driven), targets=() if target is None else ((target[0], None),),
         inputs=None if target is None else target[1], outputs=speeds,
     )  # fmt: skip
-    return Request(driver, points, coupled)
+    return Request(driver, points, coupled, closing)
 
 
 def _inputs(mechanism: Assembly, inputs: Any) -> tuple[list[int], tuple[int, Array] | None, Array | None]:
@@ -111,23 +115,56 @@ def _with_followers(mechanism: Assembly, driven: list[int], more: int) -> Array 
     return matrix
 
 
-def _outputs(mechanism: Assembly, outputs: Any) -> tuple[tuple[tuple[int] | tuple[int, bool], ...], list[Array]]:
-    """The outputs as `DriverRequest` has them, and their points."""
+def _outputs(
+    mechanism: Assembly, outputs: Any
+) -> tuple[tuple[tuple[int] | tuple[int, bool], ...], list[Array], list[tuple[int, int]]]:
+    """The outputs as `DriverRequest` has them, their points, and joints that close loops as `Request` has them."""
     requested = as_list(outputs)
     if not requested:
         raise InputError("there are no outputs; a joint or a body is needed.")
     found: list[tuple[int] | tuple[int, bool]] = []
-    points = []
+    points, closing, row = [], [], 0
     for x in requested:
         joint = mechanism.find_joint(x)
         if joint is not None:
-            check_coordinates(mechanism, joint, "an output")
-            found.append((joint,))
+            check_coordinates(mechanism, joint, OUTPUT)
+            if joint in mechanism.tree.child_of:
+                found.append((joint,))
+                row += len(mechanism.loops.relations[joint].speeds)
+            else:
+                ends = [body for body in mechanism.tree.ends[joint] if body >= 0]
+                found += [(body, False) for body in ends]
+                closing.append((joint, row))
+                row += 6 * len(ends)
             continue
         name, point = body_and_value(x, "point")
         if mechanism.body_index(name) < 0:
             raise InputError(f"{name!r} is fixed, and not an output.")
         found.append((mechanism.body_index(name), point is not None))
+        row += 6 if point is None else 3
         if point is not None:
             points.append(position_of(point, f"the point of {name!r}"))
-    return tuple(found), points
+    return tuple(found), points, closing
+
+
+def _closing_speeds(mechanism: Assembly, motors: Array, values: Array, closing: list[tuple[int, int]]) -> Array:
+    """Jacobians (items, outputs, inputs) with the speeds of joints that close loops, from the twists of their bodies.
+
+    Like those of the tree's joints, they are along axes that move with the first body.
+    """
+    parts, done = [], 0
+    for joint, row in closing:
+        parts.append(values[:, done:row])
+        relative, done = np.zeros((len(values), 6, values.shape[2])), row
+        to_first = np.eye(6)
+        for body, sign in zip(mechanism.tree.ends[joint], (-1, 1), strict=True):
+            if body >= 0:
+                relative += sign * values[:, done : done + 6]
+                done += 6
+                if sign < 0:
+                    algebra = mechanism.algebra
+                    motor = algebra.wrap(algebra.kind("motor"), np.ascontiguousarray(motors[:, body]))
+                    to_first = evaluate(algebra, "mechanics.adjoint", motor).value.reshape(-1, 6, 6)
+        to_coordinates = mechanism.loops.relations[joint].to_coordinates
+        parts.append(to_coordinates @ (to_first @ (mechanism.from_world @ relative)))
+    return np.concatenate([*parts, values[:, done:]], 1)
