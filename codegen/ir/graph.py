@@ -101,7 +101,7 @@ class Graph:
         wanted, alive = ENOUGH_SAMPLES << comparisons, int(self.samples.alive.sum())
         if wanted <= alive:
             return True
-        if self.samples.count < MOST_SAMPLES and not self.frozen:
+        if self.samples.count < MOST_SAMPLES and not self.frozen and wanted <= MOST_SAMPLES:  # else none suffice
             raise NeedMoreSamples(self.samples.count * wanted // max(alive, 1))
         return False
 
