@@ -31,7 +31,7 @@ from ..loops.nodes import (
 )  # fmt: skip
 from ..loops.tangent import bound_by, sources
 from ..loops.types import BOOL, INT, REAL
-from .flat import PassedNumber, Region, written
+from .statements import PassedNumber, Region, written
 
 Interval = tuple[int | None, int | None]
 _UNKNOWN: Interval = (None, None)

@@ -6,7 +6,7 @@ known.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from ...errors import AlgorithmError
@@ -33,34 +33,18 @@ from ..loops.nodes import (
     While,
     boolean,
     integer,
-    outputs,
     plus,
     real,
     scaled,
-    walk,
 )  # fmt: skip
 from ..loops.scope import fresh_name
 from ..loops.tangent import bound_by, tangent
 from ..loops.types import INT, REAL, ArrayType, Scalar
 from .jumps import without_jumps
+from .statements import PassedElement, PassedNumber, Region, copy, fill
 
 #: What is inlined has at most so many statements.
 _MOST_STATEMENTS = 20_000
-
-
-class PassedNumber(Assign):
-    """The derivative of what has its value from elsewhere."""
-
-
-class PassedElement(Store):
-    """The same of an element."""
-
-
-@dataclass(frozen=True)
-class Region(If):
-    """The text of a declared derivative: there, numbers of these names alone vary."""
-
-    names: frozenset[str] = frozenset()
 
 
 @dataclass
@@ -130,24 +114,6 @@ def flat(function: Function, rows: Mapping[str, int]) -> Flat:
 def closed(type: ArrayType, rows: int) -> ArrayType:
     """The type of an array of which the number of rows is known; one without rows stays as it is."""
     return replace(type, shape=(rows, *type.sizes[1:])) if type.is_open and rows else type
-
-
-def copy(
-    target: View, source: View, size: int, taken: set[str], store: Callable[..., Store] = Store
-) -> list[Statement]:
-    """Statements that copy all numbers of an array."""
-    if not size:
-        return []
-    k = Variable(fresh_name("k", taken), INT)
-    value = Load(source.array, plus(source.offset, k))
-    return [For(k, integer(0), integer(size), 1, (store(target.array, plus(target.offset, k), value),))]
-
-
-def fill(target: View, size: int, taken: set[str]) -> list[Statement]:
-    """Statements that make all numbers of an array zero."""
-    k = Variable(fresh_name("k", taken), INT)
-    zero = real(0.0) if target.array.type.scalar != INT else integer(0)
-    return [For(k, integer(0), integer(size), 1, (Store(target.array, plus(target.offset, k), zero),))] if size else []
 
 
 @dataclass
@@ -355,21 +321,3 @@ def _size(view: View, callee: Function) -> int:
         f"{callee.name} is declared with its derivative and takes rows whose number is not known",
         where=callee.where, remedy="Give it whole arrays, or use derivative(...).",
     )  # fmt: skip
-
-
-def written(body: Iterable[Statement]) -> tuple[set[str], dict[str, Array]]:
-    """Names of the numbers, and arrays by name, that some statements change."""
-    numbers: set[str] = set()
-    arrays: dict[str, Array] = {}
-    for s in walk(tuple(body)):
-        match s:
-            case PassedNumber() | PassedElement():
-                continue
-            case Store(array, _, _) | Allocate(array, _):
-                arrays[array.name] = array
-            case Call():
-                arrays.update({v.array.name: v.array for v in outputs(s)})
-                numbers |= bound_by(s)
-            case _:
-                numbers |= bound_by(s)
-    return numbers, arrays

@@ -43,9 +43,10 @@ from ..loops.scope import fresh_name
 from ..loops.tangent import bound_by, sources
 from ..loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
 from .analysis import Bounds, Stable, varying_names
-from .flat import Flat, Region, closed, copy, fill, flat
+from .flat import Flat, closed, flat
 from .jumps import without_assignments
 from .partials import Cotangents
+from .statements import Region, copy, fill
 from .sweeps import Sweeper
 from .tape import Tape
 
@@ -213,7 +214,7 @@ class _Maker:
         for array in self.cotangents.arrays.values():
             if array.name not in own and array.name in used:
                 found.append(Allocate(array, True))
-        found += [Allocate(a, a.name in sweeper.kept) for a in sweeper.rows if a.name in used]
+        found += [row for row in sweeper.kernels.rows if row.array.name in used]
         both = _assigned((*forward, *backward))
         wanted = both | {n for n in self.wrt if n in self.active}
         first = [Assign(v, real(0.0)) for n, v in self.cotangents.numbers.items() if v.name in both or n in wanted]

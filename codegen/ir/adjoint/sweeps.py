@@ -10,13 +10,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from ...errors import AlgorithmError
-from ..graph import reachable
 from ..loops.nodes import (
     Allocate,
     Array,
     Assign,
     Binary,
-    Break,
     Call,
     Expression,
     For,
@@ -29,20 +27,19 @@ from ..loops.nodes import (
     View,
     While,
     assigned_variables,
-    boolean,
     expressions,
     integer,
     names_in,
     outputs,
-    plus,
-    real,
     walk,
 )  # fmt: skip
 from ..loops.scope import fresh_name
-from ..loops.types import BOOL, INT, REAL, ArrayType
+from ..loops.types import INT
 from .analysis import Bounds, Stable
-from .flat import PassedElement, PassedNumber, Region, fill, written
+from .kernels import KernelCalls
 from .partials import Cotangents
+from .statements import PassedElement, PassedNumber, Region, has_forward, without_marks, written
+from .steps import backward_loop, end_of_steps
 from .tape import Kept, Room, Tape
 
 
@@ -80,7 +77,7 @@ class Sweeper:
     def __init__(self, cotangents: Cotangents, stable: Stable, bounds: Bounds, tape: Tape, where: str) -> None:
         self.cotangents, self.stable, self.bounds, self.tape, self.where = cotangents, stable, bounds, tape, where
         self.visible = cotangents.active
-        self.rows: list[Array] = []  # cotangents of inputs of kernels
+        self.kernels = KernelCalls(cotangents, where)
         self.kept: set[str] = set()  # numbers and arrays that are kept somewhere
         self._adjoints: dict[int, _Adjoint] = {}
         self._counts: dict[int, tuple[Assign, Statement]] = {}
@@ -184,7 +181,7 @@ class Sweeper:
         """Step by step, or where it has no cotangents, and that keeps less, as a whole."""
         if self.bounds.steps(s) == 0:
             return Swept()
-        if not _forward(s.body):
+        if not has_forward(s.body):
             return self._passed_loop(s, required)
         is_whole = not self._has_cotangents(s.body)
         whole: Swept | None = None
@@ -217,10 +214,10 @@ class Sweeper:
             kept.append(self.tape.elements(arrays[name], integer(0), arrays[name].type.size))
             self.kept.add(name)
         required -= numbers | arrays.keys()
-        return _around(kept, Swept((_without_marks(s),)))
+        return _around(kept, Swept((without_marks(s),)))
 
     def _steps(self, s: For | While, required: set[str]) -> Swept:
-        ends, body = _end_of_steps(s.body)
+        ends, body = end_of_steps(s.body)
         count: Variable | None = None
         before = Swept()
         if ends or isinstance(s, While):
@@ -247,7 +244,7 @@ class Sweeper:
         forward = (*before.forward, replace(s, body=(*head, *swept.forward, *ends)))
         backward: tuple[Statement, ...] = ()
         if swept.backward:
-            backward = (self._backward_loop(s, count, swept.backward), *before.backward)
+            backward = (backward_loop(s, count, swept.backward, self.cotangents.taken), *before.backward)
             read = {count.name} if count else set()
             if isinstance(s, For):
                 read |= names_in(s.start) | (set() if count else names_in(s.stop))
@@ -261,23 +258,6 @@ class Sweeper:
             self.stable.counts[name.name] = 2
             self._counts[id(s)] = Assign(name, integer(0)), Assign(name, Binary("+", name, integer(1), INT))
         return self._counts[id(s)]
-
-    def _backward_loop(self, s: For | While, count: Variable | None, body: tuple[Statement, ...]) -> Statement:
-        if isinstance(s, While):
-            assert count is not None
-            k = Variable(fresh_name("step", self.cotangents.taken), INT)
-            return For(k, integer(0), count, 1, body)
-        steps: Expression
-        if count is not None:
-            steps = count
-        elif abs(s.step) == 1:
-            return For(s.variable, _less(s.stop, s.step), _less(s.start, s.step), -s.step, body)
-        else:
-            high, low = (s.stop, s.start) if s.step > 0 else (s.start, s.stop)
-            length = plus(Binary("-", high, low, INT), integer(abs(s.step) - 1))
-            steps = Binary("//", length, integer(abs(s.step)), INT)
-        last = plus(s.start, Binary("*", _less(steps, 1), integer(s.step), INT))
-        return For(s.variable, last, _less(s.start, s.step), -s.step, body)
 
     def _has_cotangents(self, body: Sequence[Statement]) -> bool:
         """Whether any statement adds up cotangents."""
@@ -303,7 +283,7 @@ class Sweeper:
             asked = {n for t in walk(tuple(body)) for e in _asked(t) for n in names_in(e)} | reads
             own = {v.name for v in self.cotangents.numbers.values()} | {a.name for a in self.cotangents.arrays.values()}
             made = {n for t in walk(tuple(body)) if isinstance(t, (Assign, For)) for n in _made(t)}
-            rows = {a.name for a in self.rows}
+            rows = {a.array.name for a in self.kernels.rows}
             self._adjoints[id(s)] = _Adjoint(tuple(body), frozenset(asked - own - made - rows), s)
         return self._adjoints[id(s)]
 
@@ -314,7 +294,7 @@ class Sweeper:
             case Store(array, index, value) if array.name in self.visible:
                 return self._assigned(Load(array, index), value), set()
             case Call(KernelSignature(), _, _):
-                return self._kernel(s)
+                return self.kernels.spread(s, self.visible)
             case Call(_, _, results):
                 return [
                     n for r in results if r.name in self.visible for n in self.cotangents.taken_from(r)[1][1:]
@@ -325,69 +305,6 @@ class Sweeper:
         share, body = self.cotangents.taken_from(target)
         added = self.cotangents.spread(value, share, self.visible)
         return [*body, *added] if added else body[1:]
-
-    def _kernel(self, call: Call) -> tuple[list[Statement], set[str]]:
-        """The kernel of the formula's pullback, unless all cotangents are zero: partial derivatives may be NaN then."""
-        kernel = call.callee
-        assert isinstance(kernel, KernelSignature)
-        count = len(kernel.outputs)
-        views = [a for a in call.arguments if isinstance(a, View)]
-        results, inputs = views[:count], views[count:]
-        active = [v for v in results if v.array.name in self.visible]
-        varying = [v.array.name in self.visible and not v.is_still for v in inputs]
-        names = tuple(n for (n, _), varies in zip(kernel.inputs, varying, strict=True) if varies)
-        if not active or not names:
-            return self._zeros(active), set()
-        derived: KernelSignature = kernel.kernel.pullback_signature(names)
-        given = [v for v, o in zip(results, kernel.kernel.outputs, strict=True) if o.role != "status"]
-        rows = [self._row(v.type.size) for v, varies in zip(inputs, varying, strict=True) if varies]
-        if [n for _, n in derived.outputs] != [v.type.size for v in rows]:
-            raise AlgorithmError(
-                f"the pullback of the kernel {kernel.symbol} has other blades than {', '.join(names)}",
-                where=self.where, remedy="Declare the arguments by layouts, or use derivative(...)",
-            )  # fmt: skip
-        weights = [self._view(v) if v.array.name in self.visible else self._row(v.type.size, True) for v in given]
-        targets = [self._view(v) for v, varies in zip(inputs, varying, strict=True) if varies]
-        added = [self._added(target, row) for target, row in zip(targets, rows, strict=True)]
-        asked, body = self._any([self._view(v) for v in given if v in active])
-        call = Call(derived, (*rows, *inputs, *weights), ())
-        body.append(If(asked, (call, *self._zeros([v for v in active if v in given]), *added)))
-        body += self._zeros([v for v in active if v not in given])
-        home = derived.kernel
-        read = {node.data[0] for node in reachable(home.forms) if node.op == "var"}
-        return body, {v.array.name for k, v in enumerate(inputs) if k in read}
-
-    def _zeros(self, results: Sequence[View]) -> list[Statement]:
-        """What makes the cotangents of some results zero."""
-        return [s for v in results for s in fill(self._view(v), v.type.size, self.cotangents.taken)]
-
-    def _any(self, weights: Sequence[View]) -> tuple[Variable, list[Statement]]:
-        """Whether any cotangent is not zero."""
-        found = Variable(fresh_name("any_share", self.cotangents.taken), BOOL)
-        body: list[Statement] = [Assign(found, boolean(False))]
-        for v in weights:
-            k = Variable(fresh_name("k", self.cotangents.taken), INT)
-            differs = Binary("!=", Load(v.array, plus(v.offset, k)), real(0.0), BOOL)
-            one = Assign(found, Binary("or", found, differs, BOOL))
-            body.append(For(k, integer(0), integer(v.type.size), 1, (one,)))
-        return found, body
-
-    def _view(self, view: View) -> View:
-        return replace(view, array=self.cotangents.array(view.array), is_still=False)
-
-    def _row(self, size: int, is_zero: bool = False) -> View:
-        """Room for the cotangents of one input of a kernel; or zeros."""
-        array = Array(fresh_name("row", self.cotangents.taken), ArrayType(REAL, (size,)), is_local=True)
-        self.rows.append(array)
-        if is_zero:
-            self.kept.add(array.name)
-        return View(array, integer(0), array.type)
-
-    def _added(self, target: View, row: View) -> Statement:
-        k = Variable(fresh_name("k", self.cotangents.taken), INT)
-        place = plus(target.offset, k)
-        total = Binary("+", Load(target.array, place), Load(row.array, k), REAL)
-        return For(k, integer(0), integer(row.type.size), 1, (Store(target.array, place, total),))
 
 
 def _around(kept: Sequence[Kept], inner: Swept) -> Swept:
@@ -400,17 +317,6 @@ def _around(kept: Sequence[Kept], inner: Swept) -> Swept:
     return Swept((*forward, *inner.forward), (*backward, *inner.backward), room)
 
 
-def _less(value: Expression, by: int) -> Expression:
-    return plus(value, integer(-by))
-
-
-def _end_of_steps(body: tuple[Statement, ...]) -> tuple[tuple[Statement, ...], tuple[Statement, ...]]:
-    """The jump at the end of a loop, and what stands before."""
-    last = body[-1] if body else None
-    is_end = isinstance(last, If) and last.yes == (Break(),)
-    return (body[-1:], body[:-1]) if is_end else ((), body)
-
-
 def _asked(statement: Statement) -> Iterable[Expression]:
     """What a statement of the reverse sweep reads; inputs of kernels are told apart."""
     if isinstance(statement, Call):
@@ -420,22 +326,3 @@ def _asked(statement: Statement) -> Iterable[Expression]:
 
 def _made(statement: Assign | For) -> set[str]:
     return {statement.target.name if isinstance(statement, Assign) else statement.variable.name}
-
-
-def _forward(body: Sequence[Statement]) -> bool:
-    """Whether a block has anything to do in the forward sweep."""
-    return not body or any(not isinstance(s, (PassedNumber, PassedElement)) for s in walk(tuple(body)))
-
-
-def _without_marks(s: Statement) -> Statement:
-    """A statement without what the forward sweep leaves out."""
-
-    def plain(body: Sequence[Statement]) -> tuple[Statement, ...]:
-        kept = (b for b in body if not isinstance(b, (PassedNumber, PassedElement, Allocate)))
-        return tuple(map(_without_marks, kept))
-
-    if isinstance(s, (For, While)):
-        return replace(s, body=plain(s.body))
-    if isinstance(s, If):
-        return If(s.condition, plain(s.yes), plain(s.no))
-    return s
