@@ -38,7 +38,7 @@ WRONG = {
     "a parallel direction": (lambda: kin.Prismatic("a", "b", LINE, cga.direction(AXIS)), "mobility of 2"),
     "two directions": (lambda: kin.Prismatic("a", "b", cga.direction(AXIS), cga.direction([1, 0, 0])), "mobility of 3"),
     "two points": (lambda: kin.Prismatic("a", "b", cga.point((0, 0, 0)), cga.point((0, 0, 1))), "not a translation"),
-    "no second object": (lambda: kin.Prismatic("a", "b", LINE, None), "one multivector"),
+    "no second object": (lambda: kin.Prismatic("a", "b", LINE, None), "has one object; it is of two"),
     "zero": (lambda: kin.Prismatic("a", "b", 0 * LINE, cga.plane([1, 0, 0], 0)), "is zero"),
     "planes that lean": (
         lambda: kin.Universal("a", "b", CIRCLE, cga.circle((0, 0, 0), [1, 0, 1], 1)),
@@ -53,7 +53,7 @@ WRONG = {
     ),
     "two algebras": (lambda: kin.Universal("a", "b", CIRCLE, pga.line((0, 0, 0), AXIS)), "one algebra"),
     "strings": (lambda: kin.Universal("a", "b", "x", "y"), "one multivector"),
-    "nothing": (lambda: kin.Revolute("a", "b", None), "one multivector"),
+    "nothing": (lambda: kin.Revolute("a", "b", None), "has no point. Give point= and axis="),
     "an array": (lambda: kin.Revolute("a", "b", np.zeros(10)), "one multivector"),
     "a batch": (lambda: kin.Revolute("a", "b", cga.circle(np.zeros((1, 3)), AXIS, 1)), r"has shape \(1,\)"),
     "no number": (lambda: kin.Revolute("a", "b", cga.circle((0, 0, NAN), AXIS, 1)), "not finite"),

@@ -154,8 +154,9 @@ def _names(mechanism: Assembly, x: Any, count: int) -> list[str]:
         return [name]
     if joint is not None or (value is not None and count != 3):
         return [f"{name}[{k}]" for k in range(count)]
-    parts = "xyz" if count == 3 else mechanism.algebra.kind("twist").blades
-    return [f"{name} {part if count == 3 else mechanism.algebra.blade_name(part)}" for part in parts]
+    algebra = mechanism.algebra
+    parts = list("xyz") if count == 3 else [algebra.blade_name(blade) for blade in algebra.kind("twist").blades]
+    return [f"{name} {part}" for part in parts]
 
 
 def _listed(names: tuple[str, ...]) -> str:

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from ...common.documents import Table
-from ...core.geometry.euclidean import perpendicular
 from ..joints import bilinear, standard
 from ..joints.base import Joint
 from .fields import Direction, Name, Place, present_keys
@@ -20,6 +18,8 @@ if TYPE_CHECKING:
     from ...core.multivector import Algebra
 
 Array = NDArray[Any]
+#: Keys of directions.
+DIRECTIONS = ("axis", "normal", "axis_a", "axis_b")
 #: Classes of joints by their kind in a file.
 KINDS: dict[str, Callable[..., Joint]] = {
     "spherical": standard.Spherical, "revolute": standard.Revolute, "cylindrical": standard.Cylindrical,
@@ -52,22 +52,17 @@ class JointTable(Table):
 
     def required_keys(self) -> tuple[str, ...]:
         """Keys that are required without objects."""
-        return tuple(key for key in ("point", "axis", "normal", "axis_a", "axis_b") if key in type(self).model_fields)
+        return tuple(key for key in ("point", *DIRECTIONS) if key in type(self).model_fields)
 
     def options(self) -> dict[str, Any]:
         """Further arguments of the joint's class, by their names, which are those of keys."""
         return {}
 
-    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
-        """Arguments of the joint's class, after the bodies, from the table's positions and directions.
-
-        Parameters
-        ----------
-        point : array (3,)
-            Where the joint is.
-        algebra : Algebra
-        """
-        raise NotImplementedError
+    def placement(self, point: Array, algebra: Algebra) -> dict[str, Any]:
+        """Arguments of the joint's class from the table's position, found, and its directions."""
+        return {"point": point, "algebra": algebra} | {
+            key: getattr(self, key) for key in DIRECTIONS if key in type(self).model_fields
+        }
 
 
 class SphericalTable(JointTable):
@@ -76,9 +71,6 @@ class SphericalTable(JointTable):
     kind: Literal["spherical"]
     point: Place | None = None
 
-    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
-        return (algebra.point(point, strict=True),)
-
 
 class AxisTable(JointTable):
     """A joint with an axis."""
@@ -86,19 +78,11 @@ class AxisTable(JointTable):
     point: Place | None = None
     axis: Direction | None = None
 
-    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
-        return (algebra.line(point, self.axis, strict=True),)
-
 
 class RevoluteTable(AxisTable):
     """Rotation about an axis; or a circle, a point pair, a line and a point."""
 
     kind: Literal["revolute"]
-
-    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
-        if algebra.is_degenerate:
-            return (*super().objects_at(point, algebra), algebra.point(point, strict=True))
-        return (algebra.circle(point, self.axis, 1.0, strict=True),)
 
 
 class CylindricalTable(AxisTable):
@@ -125,10 +109,6 @@ class PrismaticTable(AxisTable):
     def required_keys(self) -> tuple[str, ...]:
         return ("axis",)
 
-    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
-        axis = np.array(self.axis, float)
-        return (*super().objects_at(point, algebra), algebra.direction(perpendicular(axis), strict=True))
-
 
 class PlanarTable(JointTable):
     """Translation in a plane and rotation about its normal; or a plane."""
@@ -136,11 +116,6 @@ class PlanarTable(JointTable):
     kind: Literal["planar"]
     point: Place | None = None
     normal: Direction | None = None
-
-    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
-        normal = np.array(self.normal, float)
-        unit = normal / np.linalg.norm(normal)
-        return (algebra.plane(unit, float(unit @ point), strict=True),)
 
 
 class UniversalTable(JointTable):
@@ -150,9 +125,6 @@ class UniversalTable(JointTable):
     point: Place | None = None
     axis_a: Direction | None = None
     axis_b: Direction | None = None
-
-    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
-        return tuple(algebra.circle(point, axis, 1.0, strict=True) for axis in (self.axis_a, self.axis_b))
 
 
 class RigidTable(JointTable):
@@ -166,8 +138,8 @@ class RigidTable(JointTable):
             raise ValueError("a rigid joint has no objects; its point says where the bodies meet")
         return ()
 
-    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
-        return point, algebra
+    def placement(self, point: Array, algebra: Algebra) -> dict[str, Any]:
+        return {"position": point, "algebra": algebra}
 
 
 class BilinearTable(JointTable):

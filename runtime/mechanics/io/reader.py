@@ -93,7 +93,7 @@ class MechanicsReader(Generic[FileTable]):
                 what = f"is universal, which {self.algebra.name} does not have; use cga3d"
                 raise self.document.error(path, what)
             point = np.zeros(3) if table.point is None else self.position(table.point, (*path, "point"))
-            return self.document.build(path, lambda: kind(*ends, *table.objects_at(point, self.algebra), **options))
+            return self.document.build(path, partial(kind, *ends, **table.placement(point, self.algebra), **options))
         objects = [self.object(x, (*path, "objects", i)) for i, x in enumerate(table.objects)]
         try:
             return self.document.build(path, partial(kind, *ends, *objects, **options))

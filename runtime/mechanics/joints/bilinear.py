@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.errors import BladesmithError, InputError, ShapeError, suggest
 from ...common.validation import finite_array
-from ...core.multivector import Multivector
+from ...core.multivector import Algebra, Multivector
 from ..arguments import multivector_of
+from . import placement
 from .base import Condition, Joint, check_kind, check_named, check_one_algebra
 from .local_relations import relations
 
@@ -32,30 +33,40 @@ class Universal(Joint):
 
     The printed condition, that <X Y>_4 = 0, only keeps them on one sphere: here the center is shared, and
     (X ^ n_inf) . (Y ^ n_inf) = 0.
+
+    In place of the circles ``point=`` and ``axis_a=``, ``axis_b=``, their axes.
     """
 
     a: str
     b: str
-    circle_a: Multivector
-    circle_b: Multivector
+    circle_a: Multivector = None  # type: ignore[assignment]  # then they are made from a point and axes
+    circle_b: Multivector = None  # type: ignore[assignment]
+    point: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
+    axis_a: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
+    axis_b: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
+    algebra: InitVar[Algebra | None] = field(default=None, kw_only=True)
     mobility = 2
     is_sequence = True
 
-    def __post_init__(self) -> None:
+    def __post_init__(
+        self, point: ArrayLike | None, axis_a: ArrayLike | None, axis_b: ArrayLike | None, algebra: Algebra | None
+    ) -> None:
+        circles = ("circle_a", "circle_b")
+        placement.place(self, circles, placement.cross, algebra, point=point, axis_a=axis_a, axis_b=axis_b)
         given = {"the first circle": self.circle_a, "the second circle": self.circle_b}
         check_named(self, given.items())
         check_one_algebra(self, list(given.values()))
-        circles = []
+        found = []
         for what, x in given.items():
             check_kind(self, x, ("circle",), what)
             circle = x.parameters()
             if not hasattr(circle, "radius"):
                 raise InputError(f"{self.label}: {what} is a {type(circle).__name__.lower()}, and has no center.")
-            circles.append(circle)
-        gap = float(np.linalg.norm(circles[0].center - circles[1].center))
-        if gap > 1e-9 * (float(np.abs(circles[0].center).max()) + float(circles[0].radius)):
+            found.append(circle)
+        gap = float(np.linalg.norm(found[0].center - found[1].center))
+        if gap > 1e-9 * (float(np.abs(found[0].center).max()) + float(found[0].radius)):
             raise InputError(f"{self.label}: the centers of the circles are {gap:.3g} apart; they must coincide.")
-        cosine = float(circles[0].normal @ circles[1].normal)
+        cosine = float(found[0].normal @ found[1].normal)
         if abs(cosine) > 1e-9:
             raise InputError(f"{self.label}: the circles' planes are not at right angles; the cosine is {cosine:.3g}.")
 

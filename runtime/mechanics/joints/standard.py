@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,6 +13,7 @@ from ...common.deprecation import renamed_attribute, renamed_keywords
 from ...common.validation import as_float, finite_array
 from ...core.multivector import Algebra, Multivector
 from ..screws import geometry
+from . import placement
 from .base import Condition, Joint, check_kind, check_named, check_one_algebra, direction_of
 from .local_relations import relations
 
@@ -43,12 +44,12 @@ class _SharedObject(Joint):
 
     a: str
     b: str
-    geometry: Multivector
+    geometry: Multivector = None  # type: ignore[assignment]  # then it is made from a position and directions
     other: Multivector | None = field(default=None, kw_only=True)
     kinds: ClassVar[tuple[str, ...]]
     is_sequence = True
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         what = f"the {self.kinds[0]}"
         given = [self.geometry] if self.other is None else [self.geometry, self.other]
         for x in given:
@@ -63,21 +64,40 @@ class _SharedObject(Joint):
         return direction_of(objects[0])
 
 
+@dataclass(frozen=True, eq=False)
 class Spherical(_SharedObject):
     """Rotation about a shared point (7.5.1): a point, or in CGA a sphere. Mobility 3.
 
     Its coordinates are a rotation vector, its speeds those about the world's axes x, y, z, as they are at the start.
+    In place of the object ``point=``, a position, of ``algebra=`` (`bladesmith.cga3d`, or `pga3d`).
     """
 
+    point: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
+    algebra: InitVar[Algebra | None] = field(default=None, kw_only=True)
     kinds = ("point", "sphere", "flat_point")
     mobility = 3
 
+    def __post_init__(self, point: ArrayLike | None, algebra: Algebra | None) -> None:
+        placement.place(self, ("geometry",), placement.ball, algebra, point=point)
+        self._check()
 
+
+@dataclass(frozen=True, eq=False)
 class Cylindrical(_SharedObject):
-    """Rotation about a shared line and translation along it (7.5.2). Mobility 2."""
+    """Rotation about a shared line and translation along it (7.5.2). Mobility 2.
 
+    In place of the line ``point=`` and ``axis=``, of ``algebra=`` (`bladesmith.cga3d`, or `pga3d`).
+    """
+
+    point: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
+    axis: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
+    algebra: InitVar[Algebra | None] = field(default=None, kw_only=True)
     kinds = ("line", "twist")
     mobility = 2
+
+    def __post_init__(self, point: ArrayLike | None, axis: ArrayLike | None, algebra: Algebra | None) -> None:
+        placement.place(self, ("geometry",), placement.line, algebra, point=point, axis=axis)
+        self._check()
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,28 +113,42 @@ class Screw(Cylindrical):
         Advance along the line for one radian, right-handed; a nut with a lead of 2 mm has 0.002/(2 pi).
     other : Multivector, optional
         The same line as the second body has it.
+    point, axis : array (3,), optional
+        In place of the line, of ``algebra`` (`bladesmith.cga3d`, or `pga3d`).
     """
 
     pitch: float = field(kw_only=True)
     mobility = 1
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def __post_init__(self, point: ArrayLike | None, axis: ArrayLike | None, algebra: Algebra | None) -> None:
+        super().__post_init__(point, axis, algebra)
         object.__setattr__(self, "pitch", as_float(self.pitch, f"{self.label}: its pitch"))
 
 
+@dataclass(frozen=True, eq=False)
 class Planar(_SharedObject):
-    """Translation in a shared plane and rotation about its normal (7.5.3). Mobility 3."""
+    """Translation in a shared plane and rotation about its normal (7.5.3). Mobility 3.
 
+    In place of the plane ``point=`` and ``normal=``, of ``algebra=`` (`bladesmith.cga3d`, or `pga3d`).
+    """
+
+    point: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
+    normal: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
+    algebra: InitVar[Algebra | None] = field(default=None, kw_only=True)
     kinds = ("plane",)
     mobility = 3
+
+    def __post_init__(self, point: ArrayLike | None, normal: ArrayLike | None, algebra: Algebra | None) -> None:
+        placement.place(self, ("geometry",), placement.plane, algebra, point=point, normal=normal)
+        self._check()
 
 
 @dataclass(frozen=True, eq=False)
 class Revolute(Joint):
-    """Rotation about the axis of a shared circle, or about the line of a shared point pair (7.5.4). Mobility 1.
+    """Rotation about an axis through a point: ``Revolute("a", "b", point=(0, 0, 1), axis=(0, 1, 0))``. Mobility 1.
 
-    In PGA, which has neither, the axis is a line and a point on it: give both.
+    Or about the axis of a shared circle, or about the line of a shared point pair (7.5.4). In PGA, which has neither,
+    the axis is a line and a point on it: give both.
 
     Parameters
     ----------
@@ -122,20 +156,30 @@ class Revolute(Joint):
     geometry, point : Multivector
         In the world, where the bodies are at the start. It turns counter-clockwise about the circle's normal, from the
         first point of a pair to the second, along the line. Of a circle only center and normal count: any radius.
+    point, axis : array (3,), optional
+        In their place: a position and a direction, about which it turns counter-clockwise.
+    algebra : Algebra, optional
+        Of objects that are made from these: `bladesmith.cga3d` (default) or `pga3d`.
     other, other_point : Multivector, optional
         The same objects as the second body has them, if they are not (yet) at the first one's.
     """
 
     a: str
     b: str
-    geometry: Multivector
-    point: Multivector | None = None
+    geometry: Multivector = None  # type: ignore[assignment]  # then it is made from point and axis
+    point: Any = None  # of PGA
     other: Multivector | None = field(default=None, kw_only=True)
     other_point: Multivector | None = field(default=None, kw_only=True)
+    axis: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
+    algebra: InitVar[Algebra | None] = field(default=None, kw_only=True)
     mobility = 1
     is_sequence = True
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, axis: ArrayLike | None, algebra: Algebra | None) -> None:
+        if self.geometry is None or axis is not None or algebra is not None:
+            position = self.point
+            object.__setattr__(self, "point", None)
+            placement.place(self, ("geometry", "point"), placement.hinge, algebra, point=position, axis=axis)
         kinds = ("circle", "point_pair") if self.point is None else ("line", "twist")
         what = "the geometry" if self.point is None else "the axis"
         if self.point is None and self.other_point is not None:
@@ -167,12 +211,18 @@ class Prismatic(Joint):
     Two distinct parallel lines; a line and a plane that contains its direction; a line and a direction that is not
     parallel to it; two planes that are not parallel. It slides along the first line, or along the cross product of the
     planes' normals.
+
+    In their place ``axis=``, along which it slides, and ``point=``, where pictures show it, of ``algebra=``
+    (`bladesmith.cga3d`, or `pga3d`).
     """
 
     a: str
     b: str
-    first: Multivector
-    second: Multivector
+    first: Multivector = None  # type: ignore[assignment]  # then they are made from an axis
+    second: Multivector = None  # type: ignore[assignment]
+    axis: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
+    point: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
+    algebra: InitVar[Algebra | None] = field(default=None, kw_only=True)
     mobility = 1
     sliding = 1
     is_sequence = True
@@ -181,7 +231,9 @@ class Prismatic(Joint):
         "that are not parallel"
     )
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, axis: ArrayLike | None, point: ArrayLike | None, algebra: Algebra | None) -> None:
+        at = np.zeros(3) if point is None and axis is not None else point
+        placement.place(self, ("first", "second"), placement.slide, algebra, point=at, axis=axis)
         check_named(self, [("the first object", self.first), ("the second object", self.second)])
         check_one_algebra(self, [self.first, self.second])
         relations(self.first.algebra, [self])

@@ -62,7 +62,9 @@ from ...support.mechanisms.documents import CGA_PAIR, DELTA, FOUR, PAIR, written
         (PAIR.format(algebra="pga3d") + 'kind = "universal"\npoint = "P"\naxis_a = [1, 0, 0]\naxis_b = [0, 1, 0]',
          "joints[0] is universal, which pga3d does not have"),
         (CGA_PAIR + 'kind = "prismatic"\nobjects = [{ kind = "line", point = "P", direction = [0, 1, 0] }]',
-         "joints[0].objects are 1, which is not the number of objects of a prismatic joint"),
+         "joints[0] is refused: Prismatic('a', 'b') has one object; it is of two"),
+        (CGA_PAIR + 'kind = "spherical"\nobjects = [{ kind = "point", xyz = "P" }, { kind = "point", xyz = "P" }]',
+         "joints[0].objects are 2, which is not the number of objects of a spherical joint"),
         (CGA_PAIR + 'kind = "prismatic"\nobjects = [{ kind = "line", point = "P", direction = [0, 1, 0] }, '
          '{ kind = "direction", v = [0, 1, 0] }]', "joints[0] is refused: Prismatic('a', 'b')"),
         (CGA_PAIR + 'kind = "rigid"\nobjects = []', "a rigid joint has no objects"),
