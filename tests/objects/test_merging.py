@@ -20,6 +20,7 @@ from bladesmith.objects.clustering import agglomerative
 from bladesmith.objects.clustering.agglomerative import merge_similar
 from bladesmith.objects.clustering.agglomerative_driver import Greedy
 
+from ..support.build.numba_code import numba_text_as_python
 from ..support.clusters import same_partition
 from ..support.effort import FULL
 from ..support.objects.merging import KINDS, all_pairs, bounds_of, clustered, mixed, table_of
@@ -208,11 +209,24 @@ def test_threads_and_steps_change_nothing():
 
 
 @pytest.mark.compiles
+@pytest.mark.parametrize("kind", ["line", "circle"])
+def test_text_for_numba_has_the_bits_of_c(kind, monkeypatch):
+    with numba_text_as_python():
+        assert_same_merges(kind, 12, monkeypatch)
+
+
+@pytest.mark.compiles
 @pytest.mark.peers
-@pytest.mark.parametrize("kind", ["line", "circle"] if FULL else ["line"])
+@pytest.mark.skipif(not FULL, reason="no full bars: a quarter of a minute for text that runs as Python above")
+@pytest.mark.parametrize("kind", ["line", "circle"])
 def test_numba_has_the_bits_of_c(kind, monkeypatch):
-    """Merges, means, and everything that is noted on the way, through several builds of the tree."""
-    x = clustered(kind, 60, 5, 7, 0.05)[0]
+    assert_same_merges(kind, 60, monkeypatch)
+
+
+def assert_same_merges(kind, clusters, monkeypatch):
+    """Merges of so many clusters, means, and all that is noted on the way, through several builds of the tree."""
+    x = clustered(kind, clusters, 5, 7, 0.05)[0]
+    caches = stock_algorithms.stock_algorithm, stock_algorithms._numba_module
 
     def merged():
         greedy = Greedy(kind, x.values, np.ones(len(x)), 0.3, True)
@@ -223,10 +237,12 @@ def test_numba_has_the_bits_of_c(kind, monkeypatch):
 
     compiled = merged()
     monkeypatch.setattr(stock_algorithms, "_c_loop", lambda *_: None)
-    stock_algorithms.stock_algorithm.cache_clear()
+    for cache in caches:
+        cache.cache_clear()
     by_numba = merged()
-    stock_algorithms.stock_algorithm.cache_clear()
-    assert len(compiled.history[0]) > 200 and compiled.evaluations == by_numba.evaluations
+    for cache in caches:
+        cache.cache_clear()
+    assert len(compiled.history[0]) > 3 * clusters and compiled.evaluations == by_numba.evaluations
     for a, b in zip((*compiled.history, compiled.rows), (*by_numba.history, by_numba.rows), strict=True):
         np.testing.assert_array_equal(a, b)
 

@@ -20,10 +20,12 @@ from bladesmith.codegen.language import Int, IntVector, Matrix, Out, Real, Reals
 from bladesmith.codegen.programs.chains import CLASSES, SHARED, algorithms_of, kernel_specs
 from bladesmith.codegen.programs.kernel_spec import trace_spec
 from bladesmith.codegen.targets.c.instances import BY_TAG, OF_KERNELS
+from bladesmith.kinematics.serial import driver as chain_driver
 from bladesmith.kinematics.serial.axes import prismatic_axis, revolute_axis, screw_axis
 from bladesmith.kinematics.serial.chain import Chain
 from bladesmith.kinematics.serial.driver import Driver
 
+from ...support.build.numba_code import numba_text_as_python
 from ...support.effort import FULL
 
 pytestmark = pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
@@ -159,21 +161,37 @@ def test_the_search_with_fifty_digits(case):
     assert angle < 1e-13 and distance < 1e-13  # of the motor, which is rounded
 
 
-@pytest.mark.peers
 @pytest.mark.compiles
 @pytest.mark.parametrize("kind", list(CHAINS))
-@pytest.mark.parametrize("algebra", ALGEBRAS if FULL else ALGEBRAS[:1], ids=lambda a: a.name)
+@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
+def test_text_for_numba_has_the_bits_of_c(algebra, kind):
+    chain_driver._loop.cache_clear()
+    with numba_text_as_python():
+        assert_same_bits(algebra, kind, 3)
+    chain_driver._loop.cache_clear()
+
+
+@pytest.mark.peers
+@pytest.mark.compiles
+@pytest.mark.skipif(not FULL, reason="no full bars: a quarter of a minute for text that runs as Python above")
+@pytest.mark.parametrize("kind", list(CHAINS))
+@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
 def test_numba_has_the_bits_of_c(algebra, kind):
     pytest.importorskip("numba")
+    assert_same_bits(algebra, kind, 60)
+
+
+def assert_same_bits(algebra, kind, count):
+    """Of so many poses."""
     chain = CHAINS[kind](algebra)
     other = Chain(chain.axes, chain.tool, limits=chain.limits, target="numba")
-    q, dq, ddq = np.random.default_rng(5).uniform(-2, 2, (3, 60, chain.count))
+    q, dq, ddq = np.random.default_rng(5).uniform(-2, 2, (3, count, chain.count))
     for every in (False, True):
         assert chain.forward(q, every).values.tobytes() == other.forward(q, every).values.tobytes()
         a, b = (c.acceleration(q, dq, ddq, every).values for c in (chain, other))
         assert a.tobytes() == b.tobytes()
     point = np.array([0.3, 0.2, 0.1])
-    for options in ({}, {"point": point}, {"frame": "tool", "point": np.tile(point, (60, 1))}):
+    for options in ({}, {"point": point}, {"frame": "tool", "point": np.tile(point, (count, 1))}):
         assert chain.jacobian(q, **options).tobytes() == other.jacobian(q, **options).tobytes()
     far = algebra.translator([30.0, 0.0, 0.0]) * chain.forward(q[:5])
     for targets, nearest in ((chain.forward(q), False), (far, True), (far, False)):

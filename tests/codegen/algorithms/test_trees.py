@@ -22,9 +22,10 @@ from bladesmith.codegen.language import Ints, Out, Reals, Rows, Vector
 from bladesmith.codegen.programs.tree_motion import tree_motion_program
 from bladesmith.codegen.programs.trees import CLASSES, SHARED, algorithms_of, tree_extension, tree_function
 from bladesmith.codegen.targets.c.instances import BY_TAG, OF_KERNELS
-from bladesmith.kinematics.trees.driver import TreeDriver, TreeParameters
+from bladesmith.kinematics.trees.driver import TreeDriver, TreeParameters, tree_loop
 from bladesmith.kinematics.trees.inertias import link_rows
 
+from ...support.build.numba_code import numba_text_as_python
 from ...support.effort import FULL
 from ...support.mechanisms.robots import random_inertias
 
@@ -115,14 +116,30 @@ def test_every_instance_gives_the_same_bits(tag, has_frames):
         assert found.tobytes() == expected.tobytes()
 
 
+@pytest.mark.compiles
+@pytest.mark.parametrize("has_frames", [False, True])
+@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
+def test_text_for_numba_has_the_bits_of_c(algebra, has_frames):
+    tree_loop.cache_clear()
+    with numba_text_as_python():
+        assert_same_bits(algebra, has_frames, 3)
+    tree_loop.cache_clear()
+
+
 @pytest.mark.peers
 @pytest.mark.compiles
-@pytest.mark.parametrize("has_frames", [False, True] if FULL else [True])
+@pytest.mark.skipif(not FULL, reason="no full bars: a quarter of a minute for text that runs as Python above")
+@pytest.mark.parametrize("has_frames", [False, True])
 def test_numba_has_the_bits_of_c(has_frames):
     pytest.importorskip("numba")
+    assert_same_bits(bs.cga3d, has_frames, 11)
+
+
+def assert_same_bits(algebra, has_frames, count):
+    """Of so many configurations."""
     p = tree(has_frames)
-    one, other = TreeDriver("cga3d", p, "numba"), TreeDriver("cga3d", p)
-    for found, expected in zip(results(one, 11, has_frames), results(other, 11, has_frames), strict=True):
+    one, other = TreeDriver(algebra.name, p, "numba"), TreeDriver(algebra.name, p)
+    for found, expected in zip(results(one, count, has_frames), results(other, count, has_frames), strict=True):
         assert found.tobytes() == expected.tobytes()
 
 

@@ -111,7 +111,8 @@ def test_every_gpu_gets_an_architecture_that_the_compiler_knows() -> None:
 
 @pytest.mark.parametrize("arch", cuda_support.ARCHITECTURES)
 def test_the_driver_of_scenes_compiles_without_a_warning(arch: str) -> None:
-    compiled = compile_source(scene_source(scene_program(EVERYTHING).files), arch, DRIVER_OPTIONS)
+    files = scene_source(scene_program(EVERYTHING).files)
+    compiled = cuda_support.compiled_for_gpus(files, arch, DRIVER_OPTIONS)
     assert compiled.log == ""
     ptx = compiled.image.decode()
     loops = {"first", "all", "render"}

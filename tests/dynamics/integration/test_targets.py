@@ -17,6 +17,7 @@ from bladesmith.dynamics.integration.program import program_for
 from bladesmith.errors import InputError
 
 from ...support import cuda
+from ...support.build.numba_code import numba_text_as_python
 from ...support.effort import FULL
 
 CGA, PGA = bs.cga3d, bs.pga3d
@@ -88,10 +89,33 @@ CASES: dict[str, tuple[Any, ...]] = {
 }  # fmt: skip
 
 
-#: Those that numba compiles: for a quarter of a minute each. With them nearly all algorithms of the others run.
-NUMBA_CASES = ["implicit and held", "flows", "function", "path", "series and reactions", "gradients"]
+#: That which numba compiles, for a quarter of a minute: the text of all of them runs as Python.
+NUMBA_CASES = ["function"]
 #: Those that run as text for GPUs.
 GPU_CASES = ["flight", "batch", "implicit", "flows", "null space", "system", "series", "gradients"]
+
+
+def ends(case: str, target: str) -> list[Any]:
+    """All that a simulation leaves."""
+    algebra, make, loads, constraints, options, run = CASES[case]
+    simulation = dynamics.Simulation(make(algebra), loads, constraints, target=target, **options)
+    found = simulation.run(TIMES[-1], times=TIMES, step=0.01, **run)
+    own = found._run
+    return [own._states, own.tangents, own.steps, own.start, own.reached, np.array(found.message)]
+
+
+def assert_same_bits(case: str) -> None:
+    assert all(x.tobytes() == y.tobytes() for x, y in zip(ends(case, "c"), ends(case, "numba"), strict=True))
+
+
+@pytest.mark.slow
+@pytest.mark.compiles
+@pytest.mark.parametrize("case", CASES)
+def test_text_for_numba_has_the_bits_of_c(case: str) -> None:
+    program_for.cache_clear()
+    with numba_text_as_python():
+        assert_same_bits(case)
+    program_for.cache_clear()
 
 
 @pytest.mark.peers
@@ -100,14 +124,7 @@ GPU_CASES = ["flight", "batch", "implicit", "flows", "null space", "system", "se
 @pytest.mark.parametrize("case", CASES if FULL else NUMBA_CASES)
 def test_numba_has_the_bits_of_c(case: str) -> None:
     pytest.importorskip("numba")
-    algebra, make, loads, constraints, options, run = CASES[case]
-    ends = []
-    for target in ("c", "numba"):
-        simulation = dynamics.Simulation(make(algebra), loads, constraints, target=target, **options)
-        found = simulation.run(TIMES[-1], times=TIMES, step=0.01, **run)
-        own = found._run
-        ends.append([own._states, own.tangents, own.steps, own.start, own.reached, np.array(found.message)])
-    assert all(x.tobytes() == y.tobytes() for x, y in zip(*ends, strict=True))
+    assert_same_bits(case)
 
 
 @pytest.mark.gpu
@@ -148,7 +165,7 @@ PROGRAMS = {
 def test_the_text_for_gpus_compiles(name: str) -> None:
     needs = PROGRAMS[name]
     launchers = {f"launch_bs_{each}_items_f64" for each in ("run", "evaluate", *(["project"] * (needs.rows > 0)))}
-    cuda.assert_clean(stock_source(dynamics_program(needs).files), "compute_90", launchers)
+    cuda.assert_clean(stock_source(dynamics_program(needs).files), "compute_90", launchers, FULL or name == "flight")
 
 
 def test_functions_do_not_run_on_gpus() -> None:

@@ -17,6 +17,8 @@ from bladesmith.errors import InputError
 
 from ...oracles.motions.double_pendulum import HALF, MASS, MOMENT, double_pendulum
 from ...support import cuda
+from ...support.build.numba_code import numba_text_as_python
+from ...support.effort import FULL
 from ...support.mechanisms.robots import needs_robots, real_robots
 
 CGA, PGA = bs.cga3d, bs.pga3d
@@ -245,9 +247,20 @@ def test_what_is_no_tree() -> None:
         dynamics.Simulation(moved, coordinates="joint")
 
 
+@pytest.mark.slow
+@pytest.mark.compiles
+@pytest.mark.parametrize("integrator", ["auto", "implicit"])
+def test_text_for_numba_has_the_bits_of_c(integrator: str) -> None:
+    tree_loops.cache_clear()
+    with numba_text_as_python():
+        assert_same_bits("numba", integrator, 0.02)
+    tree_loops.cache_clear()
+
+
 @pytest.mark.peers
 @pytest.mark.slow
 @pytest.mark.compiles
+@pytest.mark.skipif(not FULL, reason="no full bars: half a minute for text that runs as Python above")
 def test_numba_has_the_bits_of_c() -> None:
     pytest.importorskip("numba")
     assert_same_bits("numba", "auto")  # implicit steps have these bits too, after minutes of compilation
@@ -265,14 +278,14 @@ def test_text_for_gpus_has_the_bits_of_c(where: str, integrator: str) -> None:
     tree_loops.cache_clear()
 
 
-def assert_same_bits(target: str, integrator: str) -> None:
+def assert_same_bits(target: str, integrator: str, end: float = 0.2) -> None:
     """Of every joint and load, a loop and a coupling."""
     ends, tree = [], mixed()
     joints = [*tree.joints, kinematics.Spherical("c", "h", CGA.point((0.3, 1, -2)))]
     system = dynamics.System(tree.bodies, joints, couplings=[{(1, 0): 1.0, (6, 0): -0.5}])
     for each in ("c", target):
         options = {"integrator": integrator, "coordinates": "joint", "target": each}
-        run: Any = dynamics.Simulation(system, loads(), **options).run(0.2, times=[0.1, 0.2])._run
+        run: Any = dynamics.Simulation(system, loads(), **options).run(end, times=[end / 2, end])._run
         assert run.violations.max() < 1e-10
         ends.append([run.motors, run.twists, run.reactions, run.coordinates, run.violations, run.steps, run.reached])
     assert all(x.tobytes() == y.tobytes() for x, y in zip(*ends, strict=True))

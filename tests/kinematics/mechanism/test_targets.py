@@ -7,40 +7,51 @@ from bladesmith import cga3d as cga
 from bladesmith import errors, pga3d
 from bladesmith import kinematics as kin
 from bladesmith.codegen.programs.mechanisms.program import CLASSES, class_of
-from bladesmith.kinematics.mechanism import driver
+from bladesmith.kinematics.mechanism import driver, loop_calls
 from bladesmith.kinematics.mechanism.poses.jacobians import METHODS
 
+from ...support.build.numba_code import numba_text_as_python
 from ...support.effort import FULL
 from ...support.kinematics import STEWART, FourBar, four_bar, stewart
 
 
-def bars(target):
-    """In the algebra whose text is half as long; CGA's is tried with all bars, by `project/test_ziglang.py`."""
-    made = four_bar(FourBar().places(0.8), pga3d)
+def bars(target, algebra=pga3d):
+    """For numba in the algebra whose text is half as long; CGA's is compiled with all bars, by `test_ziglang.py`."""
+    made = four_bar(FourBar().places(0.8), algebra)
     m = kin.Mechanism(made.bodies, made.fixed, target=target)
     for joint, name in zip(made.joints, made.joint_names, strict=True):
         m.add(joint, name)
     return m
 
 
-def results(m, methods=METHODS):
+def results(m):
     angles = np.array([0.1, 1.0, -2.0, np.nan, 1e5, np.inf])
     poses = m.solve_pose({"a": angles})
     path = m.solve_pose({"a": angles}, path=True)
     back = m.solve_pose(targets={"rocker": poses["rocker"], "coupler": ((1.0, 0.0, 0.0), np.ones((6, 3)))})
     found = [x for p in (poses, path, back) for x in (p.own, p.residual, np.asarray(p.status))]
-    for method in methods:
+    for method in METHODS:
         for inputs, outputs in (("a", ["c", "coupler"]), ("rocker", ["a", "coupler"])):
             found.append(m.jacobian(inputs, outputs, poses=poses, method=method, strict=False))
     return found
 
 
 @pytest.mark.compiles
+@pytest.mark.parametrize("algebra", [cga, pga3d], ids=["cga3d", "pga3d"])
+def test_text_for_numba_has_the_bits_of_c(algebra):
+    loop_calls.mechanism_loop.cache_clear()
+    with numba_text_as_python():
+        for one, other in zip(results(bars("c", algebra)), results(bars("numba", algebra)), strict=True):
+            assert one.tobytes() == other.tobytes()
+    loop_calls.mechanism_loop.cache_clear()
+
+
+@pytest.mark.compiles
 @pytest.mark.peers
+@pytest.mark.skipif(not FULL, reason="no full bars: half a minute for text that runs as Python above")
 def test_numba_has_the_bits_of_c():
     pytest.importorskip("numba")
-    methods = METHODS if FULL else METHODS[:1]  # each of a program that numba takes 20 s for
-    for one, other in zip(results(bars("c"), methods), results(bars("numba"), methods), strict=True):
+    for one, other in zip(results(bars("c")), results(bars("numba")), strict=True):
         assert one.tobytes() == other.tobytes()
 
 

@@ -26,7 +26,6 @@ from bladesmith.codegen.errors import DeviceError, InputError, MissingExtraError
 from bladesmith.codegen.execute import cuda_items, numba_cache, numba_jit
 from bladesmith.codegen.execute.cuda_driver import Device, unavailable
 from bladesmith.codegen.execute.items import CompiledLoop
-from bladesmith.codegen.execute.nvrtc import compile_source
 from bladesmith.codegen.programs.registration.program import ALGORITHMS, reform_numba
 from bladesmith.codegen.programs.registration.registration import KINDS, matched_as, set_name
 from bladesmith.codegen.targets.cuda.printer import DRIVER_OPTIONS, self_contained, stock_source
@@ -303,7 +302,7 @@ def test_without_a_compiler_numba_registers(monkeypatch: pytest.MonkeyPatch, cap
 @pytest.mark.slow
 @pytest.mark.parametrize("kinds", [("line",), KINDS], ids=["lines", "all kinds"])
 def test_the_driver_compiles_for_a_gpu_without_a_warning(kinds: tuple[str, ...]) -> None:
-    compiled = compile_source(stock_source(algorithms.program_of(kinds).files), options=DRIVER_OPTIONS)
+    compiled = cuda_support.compiled_for_gpus(stock_source(algorithms.program_of(kinds).files), options=DRIVER_OPTIONS)
     assert compiled.log == ""
     ptx = compiled.image.decode()
     launchers = {f"launch_bs_{each.name}_{set_name(kinds)}_f64" for each in ALGORITHMS}

@@ -15,14 +15,15 @@ from bladesmith.errors import SceneError
 from bladesmith.tracer.rendering import program
 from bladesmith.tracer.surfaces import base
 
+from ...support.build.numba_code import numba_text_as_python
 from ...support.effort import FULL
 
-needs_both = [
+compiles = [
     pytest.mark.compiles,
-    pytest.mark.peers,
     pytest.mark.slow,
     pytest.mark.skipif(compiler() is None, reason="no C compiler"),
 ]
+needs_both = [*compiles, pytest.mark.peers]
 CAMERA = tracer.Camera.look_at((0.3, -8.0, 2.0), (0.0, 0.0, 0.5))
 LIGHTS = [tracer.Light((4, -6, 8)), tracer.Light((-4, -3, 5), color=(0.4, 0.5, 0.9))]
 #: `cost` is left out: C enters boxes that are a little larger.
@@ -61,8 +62,8 @@ def swept() -> list[tracer.Surface]:
     ]
 
 
-#: Of the first the others hold all: surfaces, and rays without a tree.
-SCENES = (few, many, swept) if FULL else (many, swept)
+#: Those that numba compiles, for half a minute and more each: the text of all of them runs as Python.
+SCENES = (few, many, swept) if FULL else (few,)
 
 
 def rays(random: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -77,33 +78,49 @@ def same(found, expected) -> None:
     assert found.dtype == expected.dtype and np.array_equal(found, expected, equal_nan=found.dtype.kind == "f")
 
 
-@pytest.mark.parametrize("surfaces", [pytest.param(each, marks=needs_both) for each in SCENES])
-def test_pictures_and_hits_have_the_bits_of_c(surfaces) -> None:
+def assert_same_pictures_and_hits(surfaces, width: int, count: int) -> None:
+    """Of a picture so wide, and of so many rays."""
     scene = tracer.Scene(CAMERA, LIGHTS, surfaces(), reflections=4)
     assert scene.needs.tree == (surfaces is many)
-    found = scene.layers(48, 36, LAYERS, antialias=2, target="numba", threads=2)
-    expected = scene.layers(48, 36, LAYERS, antialias=2)
+    size = width, 3 * width // 4
+    found = scene.layers(*size, LAYERS, antialias=2, target="numba", threads=2)
+    expected = scene.layers(*size, LAYERS, antialias=2)
     for name in LAYERS:
         same(found[name], expected[name])
-    assert len(np.unique(expected["depth"])) > (200 if surfaces is swept else 600)
-    origins, directions = rays(np.random.default_rng(4), 6000)
+    assert len(np.unique(expected["depth"])) > (0.1 if surfaces is swept else 0.3) * width * size[1]
+    origins, directions = rays(np.random.default_rng(4), count)
     with np.errstate(all="ignore"):
         ours, theirs = (scene.intersect(origins, directions, target=target) for target in ("numba", "c"))
     for name in ("t", "surface", "status", "point", "normal", "alpha", "hit"):
         same(getattr(ours, name), getattr(theirs, name))
     hidden = 0 if surfaces is swept else 1  # of two spheres in one place
-    assert 300 < theirs.hit.sum() < 6000 and len(np.unique(theirs.surface)) == 1 + len(scene.surfaces) - hidden
+    assert count / 20 < theirs.hit.sum() < count and len(np.unique(theirs.surface)) == 1 + len(scene.surfaces) - hidden
     assert surfaces is not swept or {Status.OK, Status.SINGULAR, Status.INVALID} <= set(theirs.status.tolist())
     same(scene.intersect(origins[0], directions[0], target="numba").t, theirs.t[0])  # one ray
-    single = scene.render(24, 18, dtype=np.float32, target="numba")  # computed in double precision
-    same(single, scene.render(24, 18, target="numba").astype(np.float32))
+    single = scene.render(*size, dtype=np.float32, target="numba")  # computed in double precision
+    same(single, scene.render(*size, target="numba").astype(np.float32))
 
 
-@pytest.mark.parametrize("surfaces", [pytest.param(many, marks=needs_both)])
+@pytest.mark.parametrize("surfaces", [pytest.param(each, marks=needs_both) for each in SCENES])
+def test_pictures_and_hits_have_the_bits_of_c(surfaces) -> None:
+    assert_same_pictures_and_hits(surfaces, 48, 6000)
+
+
+@pytest.mark.parametrize("surfaces", [pytest.param(each, marks=compiles) for each in (many, swept)])
+def test_pictures_and_hits_of_the_text_run_as_python(surfaces) -> None:
+    program.numba_engine.cache_clear()
+    with numba_text_as_python():
+        assert_same_pictures_and_hits(surfaces, 8, 2400)
+        compare_all_points(surfaces()[1 if surfaces is swept else 4], 300)
+    program.numba_engine.cache_clear()
+
+
+@pytest.mark.parametrize("surfaces", [pytest.param(many if FULL else few, marks=needs_both)])
 def test_nothing_compiled_and_no_compiler(surfaces, monkeypatch, caplog) -> None:
     scene = tracer.Scene(CAMERA, LIGHTS, surfaces(), reflections=4)
     expected = scene.render(16, 12)
-    points = scene.surfaces[4].intersect(*rays(np.random.default_rng(5), 400))
+    surface = -2 if FULL else 0
+    points = scene.surfaces[surface].intersect(*rays(np.random.default_rng(5), 400))
     monkeypatch.setattr(program, "compiler", lambda: None)
     monkeypatch.setattr(program, "_stock", lambda: None)
     program.engine_for.cache_clear()
@@ -112,7 +129,7 @@ def test_nothing_compiled_and_no_compiler(surfaces, monkeypatch, caplog) -> None
         with ThreadPoolExecutor(2) as pool:
             same(again.render(16, 12, executor=pool), expected)
         same(pickle.loads(pickle.dumps(again)).render(16, 12, dtype=np.float32), expected.astype(np.float32))
-        found = again.surfaces[4].intersect(*rays(np.random.default_rng(5), 400))
+        found = again.surfaces[surface].intersect(*rays(np.random.default_rng(5), 400))
         for name in ("t", "count", "row", "status", "point", "normal", "alpha"):
             same(getattr(found, name), getattr(points, name))
         assert points.count.max() > 1
@@ -121,13 +138,19 @@ def test_nothing_compiled_and_no_compiler(surfaces, monkeypatch, caplog) -> None
     assert any(r.getMessage().startswith("scenes run by numba: ") for r in caplog.records)
 
 
-@pytest.mark.skipif(not FULL, reason="no full bars: half a minute of numba for what pictures compile, too")
+@pytest.mark.skipif(not FULL, reason="no full bars: half a minute of numba for text that runs as Python above")
 @pytest.mark.parametrize("surfaces", [pytest.param(swept, marks=needs_both)])
-def test_all_points_of_surfaces_along_curves(surfaces, monkeypatch) -> None:
-    origins, directions = rays(np.random.default_rng(6), 3000)
-    expected = surfaces()[1].intersect(origins, directions)
-    monkeypatch.setattr(base, "engine_for", program.numba_engine)
-    found = surfaces()[1].intersect(origins, directions)
+def test_all_points_of_surfaces_along_curves(surfaces) -> None:
+    compare_all_points(surfaces()[1], 3000)
+
+
+def compare_all_points(surface: tracer.Surface, count: int) -> None:
+    """What so many rays meet of a surface has the bits of C."""
+    given = rays(np.random.default_rng(6), count)
+    expected = surface.intersect(*given)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(base, "engine_for", program.numba_engine)
+        found = surface.intersect(*given)
     for name in ("t", "count", "row", "status", "point", "normal", "alpha"):
         same(getattr(found, name), getattr(expected, name))
     assert expected.count.max() > 1
