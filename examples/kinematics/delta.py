@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from bladesmith import Status, kinematics
-from bladesmith.kinematics.delta import plots
 
 ROBOT = kinematics.DeltaRobot(base_radius=0.4, effector_radius=0.15, upper_arm=0.6, forearm=1.2)
 
@@ -46,8 +45,8 @@ def main() -> None:
 
     motion = ROBOT.trajectory(circle, np.linspace(0.0, 1.0, 201))
     print("around the circle the motors need", np.abs(motion.speed).max(0).round(3), "rad/s at most")
-    plots.picture(ROBOT, y=motion.position[::25], path=out / "delta_poses.png")
-    plots.curves(motion, out / "delta_curves.png")
+    ROBOT.picture(y=motion.position[::25], path=out / "delta_poses.png")
+    motion.plot(out / "delta_curves.png")
 
 
 if __name__ == "__main__":

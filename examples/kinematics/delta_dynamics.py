@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 
 from bladesmith import dynamics, kinematics
-from bladesmith.kinematics.delta import plots
 from bladesmith.kinematics.delta.geometry import axes
 
 ROBOT = kinematics.DeltaRobot(base_radius=0.4, effector_radius=0.15, upper_arm=0.6, forearm=1.2)
@@ -53,7 +52,7 @@ def main() -> None:
     moved = np.abs(held["platform"].position - held["platform"].position[0]).max()
     print(f"held by {torques.round(3)} N m: the platform moves by {moved:.2g}")
 
-    plots.picture(ROBOT, y=fall["platform"].position[::8], path=out / "delta_falling.png")
+    ROBOT.picture(y=fall["platform"].position[::8], path=out / "delta_falling.png")
 
 
 if __name__ == "__main__":

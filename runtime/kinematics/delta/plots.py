@@ -239,7 +239,7 @@ def _slice(
     return image
 
 
-def curves(motion: Motion, path: str | PathLike[str] | None = None, *, dpi: float = axes_setup.DOTS_PER_INCH) -> Any:
+def curves(motion: Motion, path: str | PathLike[str] | None = None, *, dpi: float = axes_setup.DOTS_PER_INCH) -> Figure:
     """Angles, speeds and accelerations of the motors over time; a `Figure` of matplotlib."""
     check_suffix(path)
     panels = (

@@ -7,6 +7,7 @@ The formulas are in `codegen.formulas`: `delta`, `delta_rates` and `delta_frame`
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ from .trajectory import Motion, trajectory
 from .workspace import Workspace, workspace
 
 if TYPE_CHECKING:
+    from ...plot.matplotlib_import import Axes3D
     from ..mechanism.mechanism import Mechanism
 
 Array = NDArray[Any]
@@ -361,8 +363,30 @@ class DeltaRobot(ExportedDeltaRobot):
         return workspace(self, bounds, points, elbow, threads, progress, executor)
 
     def trajectory(self, path: Any, times: Any, elbow: Any = "outer") -> Motion:
-        """Angles, speeds and accelerations of the motors for a path of the platform; see `Motion`."""
+        """Angles, speeds and accelerations of the motors for a path of the platform.
+
+        Parameters
+        ----------
+        path : callable or array (n, 3)
+            Position (3,) of the platform at a time, or (y, dy, ddy) with its derivatives, which are else differences of
+            order eight. Or positions at ``times``, at least six: a spline of degree five goes through them.
+        times : array (n,)
+            Increasing.
+        elbow
+            As of `inverse`.
+
+        Raises
+        ------
+        InputError, ShapeError
+            If the times do not increase, or the path is neither.
+        """
         return trajectory(self, path, times, elbow)
+
+    def picture(self, theta: Any = None, path: str | PathLike[str] | None = None, **options: Any) -> Axes3D:
+        """Draw the robot at angles, or with ``y=`` at positions; options as of `delta.plots.picture`."""
+        from .plots import picture
+
+        return picture(self, theta, path, **options)
 
     def system(self, theta: Any, masses: Any = (1.0, 0.3, 2.0), root: str = "far") -> System:
         """The robot at one pose as rigid bodies and joints, for `dynamics.Simulation`; see `System`."""

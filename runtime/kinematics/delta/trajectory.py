@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from os import PathLike
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,9 @@ from ...status import Status
 from . import evaluation as calls
 from . import solutions
 from .geometry import DeltaGeometry
+
+if TYPE_CHECKING:
+    from ...plot.matplotlib_import import Figure
 
 Array = NDArray[Any]
 #: Degree of the spline through sampled points: its accelerations bend smoothly.
@@ -50,25 +54,20 @@ class Motion(NamedTuple):
         """True if the platform can follow the path at all of its times."""
         return bool((self.status == Status.OK).all())
 
+    def plot(self, path: str | PathLike[str] | None = None, **options: Any) -> Figure:
+        """Draw angles, speeds and accelerations of the motors over time."""
+        from .plots import curves
+
+        return curves(self, path, **options)
+
+    def __repr__(self) -> str:
+        bad = int(np.count_nonzero(self.status))
+        times = f"{len(self.time)} times from {self.time[0]:.6g} to {self.time[-1]:.6g}"
+        return f"<Motion: {times}, {f'{bad} of them impossible' if bad else 'all possible'}>"
+
 
 def trajectory(geometry: DeltaGeometry, path: Any, times: Any, elbow: Any) -> Motion:
-    """Angles, speeds and accelerations of the motors.
-
-    Parameters
-    ----------
-    path : callable or array (n, 3)
-        Position (3,) of the platform at a time, or (y, dy, ddy) with its derivatives; without them they are taken by
-        differences of order eight. Or positions at ``times``, at least six: a spline of degree five goes through them.
-    times : array (n,)
-        Increasing.
-    elbow
-        As of `DeltaRobot.inverse`.
-
-    Raises
-    ------
-    InputError, ShapeError
-        If the times do not increase, or the path is neither.
-    """
+    """Angles, speeds and accelerations of the motors: see `DeltaRobot.trajectory`."""
     t = _times(times)
     y, dy, ddy = _from_function(path, t) if callable(path) else _from_samples(path, t)
     elbows = solutions.elbow_signs(elbow)

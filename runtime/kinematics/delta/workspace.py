@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any
+from os import PathLike
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from ...status import Status
 from . import solutions
 from .geometry import DeltaGeometry
 from .singularity import singularity
+
+if TYPE_CHECKING:
+    from ...plot.matplotlib_import import Figure
 
 Array = NDArray[Any]
 #: Positions along a side, at most.
@@ -87,6 +91,12 @@ class Workspace:
         """Mask of the samples whose condition number is at most ``condition``."""
         with np.errstate(invalid="ignore"):
             return np.asarray(self.condition <= condition)
+
+    def plot(self, path: str | PathLike[str] | None = None, **options: Any) -> Figure:
+        """Draw slices: condition numbers where the platform can be; options as of `delta.plots.slices`."""
+        from .plots import slices
+
+        return slices(self, path, **options)
 
     def __repr__(self) -> str:
         fraction = float(self.reachable.mean()) if self.reachable.size else 0.0

@@ -123,18 +123,18 @@ def test_the_robot_falls():
 @pytest.mark.slow
 def test_pictures(tmp_path):
     y = np.array([[0.1, 0.0, 0.9], [0.2, 0.1, 1.0], [9.0, 0.0, 0.0]])
-    ax = plots.picture(USUAL, y=y, path=tmp_path / "robot.png")
+    ax = USUAL.picture(y=y, path=tmp_path / "robot.png")
     low, high = ax.get_zlim3d()
     assert low > high and (tmp_path / "robot.png").stat().st_size > 10_000
     space = USUAL.workspace(points=15)
-    figure = plots.slices(space, tmp_path / "slices.png", across="z", at=[0.9])
+    figure = space.plot(tmp_path / "slices.png", across="z", at=[0.9])
     (mesh,) = figure.axes[0].collections
     shown = np.ma.filled(mesh.get_array(), np.nan).reshape(15, 15)
     number = int(np.abs(space.z - 0.9).argmin())
     expected = np.where(space.reachable, space.condition, np.nan)[:, :, number].T
     assert np.array_equal(shown, expected, equal_nan=True)
     motion = USUAL.trajectory(lambda t: np.array([0.1 * t, 0, 0.9]), np.linspace(0, 1, 20))
-    assert len(plots.curves(motion).axes) == 3
+    assert len(motion.plot().axes) == 3 and repr(motion) == "<Motion: 20 times from 0 to 1, all possible>"
     with pytest.raises(InputError):
         plots.picture(USUAL)
     with pytest.raises(SingularError):
