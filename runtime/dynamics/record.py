@@ -15,6 +15,8 @@ from .results.trajectory_files import read_trajectory
 class Record(TrajectoryData, TrajectoryExports):
     """A trajectory that was stored: the attributes of `Trajectory`, without the simulation that gave it.
 
+    Of several bodies ``record["name"]`` is that of one, as of a trajectory; of a batch ``record[0]`` is one simulation.
+
     Attributes
     ----------
     time : array (stores,)

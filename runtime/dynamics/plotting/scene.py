@@ -125,9 +125,7 @@ def paths(record: TrajectoryData) -> list[tuple[str, str, Array]]:
             (name if several else "center of mass", color, body.position)
             for (name, body), color in zip(bodies.items(), colors, strict=True)
         ]
-    return [
-        (t.label, sketch.color_of(i), bodies[t.body or record.name].path(t.point)) for i, t in enumerate(sketch.traces)
-    ]
+    return [(t.label, sketch.color_of(i), record.path_of(t)) for i, t in enumerate(sketch.traces)]
 
 
 def body_color(record: TrajectoryData, name: str) -> str:

@@ -8,15 +8,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.errors import InputError, suggest
 from ...core.multivector import Multivector
 from ...dispatch.formulas import ArrayOperand, evaluate
 from ...mechanics.rigid_body import RigidBody
 from ..integration import runs
+from .trajectory_data import no_body, several_bodies
 
 Array = NDArray[Any]
-#: Bodies that a message names at most.
-MOST_NAMES = 12
 
 
 class TrajectoryStates:
@@ -44,12 +42,7 @@ class TrajectoryStates:
     def _body(self) -> int:
         """Index of the body."""
         if self._chosen is None:
-            names = self._assembly.names
-            raise InputError(
-                f"the trajectory is of {len(names)} bodies: {', '.join(names[:MOST_NAMES])}"
-                f"{', ..' if len(names) > MOST_NAMES else ''}.",
-                remedy=f"Ask one of them, as trajectory[{names[-1]!r}].position",
-            )
+            raise several_bodies(self._assembly.names)
         return self._chosen
 
     @property
@@ -78,7 +71,7 @@ class TrajectoryStates:
         """Trajectory of one body of a system."""
         names = self._assembly.names
         if name not in names:
-            raise InputError(f"there is no body {name!r}; there are: {', '.join(names)}.{suggest(name, names)}")
+            raise no_body(name, names)
         other = copy(self)
         other._chosen, other.time = names.index(name), self._run.times[self._stored].copy()
         return other

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Self
@@ -9,11 +10,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.errors import InputError
+from ...codegen.errors import InputError, suggest
 from ...common.validation import as_instance
 from ...core.multivector import Multivector
 from ...core.registry import stock_algebra
-from .figure_spec import Sketch
+from .figure_spec import Sketch, Trace
 
 Array = NDArray[Any]
 #: Arrays of each body, by name: shapes without the leading dimensions (n,) and (stores,).
@@ -22,6 +23,22 @@ OF_BODIES: dict[str, tuple[int, ...]] = {
     "momentum": (6,), "reaction": (6,),
 }  # fmt: skip
 SCREWS = ("momentum", "reaction")
+#: Bodies that a message names at most.
+MOST_NAMES = 12
+
+
+def several_bodies(names: Sequence[str]) -> InputError:
+    """Error where one body's states are asked of several bodies."""
+    more = ", .." if len(names) > MOST_NAMES else ""
+    return InputError(
+        f"the trajectory is of {len(names)} bodies: {', '.join(names[:MOST_NAMES])}{more}.",
+        remedy=f"Ask one of them, as trajectory[{names[-1]!r}].position",
+    )
+
+
+def no_body(name: str, names: Sequence[str]) -> InputError:
+    """Error where a body is asked that is not there."""
+    return InputError(f"there is no body {name!r}; there are: {', '.join(names)}.{suggest(name, names)}")
 
 
 class TrajectorySource:
@@ -34,7 +51,7 @@ class TrajectorySource:
 
 @dataclass(frozen=True, eq=False)
 class TrajectoryData(TrajectorySource):
-    """Arrays of a trajectory, of all bodies; the attributes of a body are those of ``name``.
+    """Arrays of a trajectory, of all bodies; the attributes of a body are those of ``name``, or of the only one.
 
     Attributes
     ----------
@@ -43,7 +60,7 @@ class TrajectoryData(TrajectorySource):
     sketch : Sketch
         Shapes, traces and units that go with it.
     name : str
-        Body whose attributes these are; the first one by default.
+        Body whose attributes these are; of several bodies without one they raise `InputError`.
     """
 
     algebra: str
@@ -59,8 +76,15 @@ class TrajectoryData(TrajectorySource):
     name: str = ""
 
     def __post_init__(self) -> None:
-        if not self.name:
+        if not self.name and len(self.rows) == 1:
             object.__setattr__(self, "name", next(iter(self.rows)))
+
+    @property
+    def _own(self) -> dict[str, Array]:
+        """Arrays of the body."""
+        if not self.name:
+            raise several_bodies(list(self.rows))
+        return self.rows[self.name]
 
     @property
     def bodies(self) -> dict[str, Self]:
@@ -72,33 +96,33 @@ class TrajectoryData(TrajectorySource):
 
     def _screw(self, key: str) -> Multivector:
         home = stock_algebra(self.algebra)
-        return home.wrap(home.kind("twist"), self.rows[self.name][key])
+        return home.wrap(home.kind("twist"), self._own[key])
 
     @cached_property
     def motor(self) -> Multivector:
         """Body to world."""
         home = stock_algebra(self.algebra)
-        return home.wrap(home.kind("motor"), self.rows[self.name]["motor"])
+        return home.wrap(home.kind("motor"), self._own["motor"])
 
     @property
     def position(self) -> Array:
         """Center of mass, in the world."""
-        return self.rows[self.name]["position"]
+        return self._own["position"]
 
     @property
     def orientation(self) -> Array:
         """Body to world."""
-        return self.rows[self.name]["orientation"]
+        return self._own["orientation"]
 
     @property
     def velocity(self) -> Array:
         """Velocity of the center of mass, in the world."""
-        return self.rows[self.name]["velocity"]
+        return self._own["velocity"]
 
     @property
     def angular_velocity(self) -> Array:
         """Along the body's axes."""
-        return self.rows[self.name]["angular_velocity"]
+        return self._own["angular_velocity"]
 
     @property
     def momentum(self) -> Multivector:
@@ -119,8 +143,16 @@ class TrajectoryData(TrajectorySource):
         """Positions (stores, 3) of a point (3,) of the body."""
         return np.asarray(self.position + self.orientation @ np.asarray(point, np.float64))
 
-    def __getitem__(self, item: int) -> Self:
-        """One simulation of a batch."""
+    def path_of(self, trace: Trace) -> Array:
+        """Positions (stores, 3) of the point of a trace: of its body, of this one, or of the first."""
+        return self.bodies[trace.body or self.name or next(iter(self.rows))].path(trace.point)
+
+    def __getitem__(self, item: int | str) -> Self:
+        """One simulation of a batch, or by name one body."""
+        if isinstance(item, str):
+            if item not in self.rows:
+                raise no_body(item, list(self.rows))
+            return self._of(item)
         if not self.batch:
             raise InputError("this is one simulation; only a batch has items.")
         if not -self.batch[0] <= item < self.batch[0]:
@@ -169,4 +201,13 @@ def data_of(trajectory: TrajectorySource, sketch: Sketch | None = None) -> Traje
     return replace(data, sketch=sketch)
 
 
-__all__ = ["OF_BODIES", "SCREWS", "TrajectoryData", "TrajectorySource", "data_of", "starts_with_trajectory"]
+__all__ = [
+    "OF_BODIES",
+    "SCREWS",
+    "TrajectoryData",
+    "TrajectorySource",
+    "data_of",
+    "no_body",
+    "several_bodies",
+    "starts_with_trajectory",
+]

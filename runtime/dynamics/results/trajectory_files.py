@@ -73,7 +73,7 @@ def archive(record: TrajectoryData) -> bytes:
         arrays = [record.rows[name][key] for name in names]
         stored[key] = arrays[0] if single else np.stack(arrays)
     if sketch.traces and not record.batch:
-        stored["traces"] = np.stack([_trace_path(record, trace) for trace in sketch.traces])
+        stored["traces"] = np.stack([record.path_of(trace) for trace in sketch.traces])
     for i, shape in enumerate(sketch.shapes.values()):
         for part in ("vertices", "faces", "gyration", "edges"):
             stored[f"shape.{i}.{part}"] = getattr(shape, part)
@@ -99,10 +99,6 @@ def _header(record: TrajectoryData) -> dict[str, Any]:
             {"blades": [str(b) for b in x.blades], "coefficients": x.values.tolist()} for x in sketch.objects
         ],
     }  # fmt: skip
-
-
-def _trace_path(record: TrajectoryData, trace: Trace) -> Array:
-    return record.bodies[trace.body or record.name].path(trace.point)
 
 
 def table_text(record: TrajectoryData) -> str:
@@ -138,7 +134,7 @@ def _columns(record: TrajectoryData) -> Iterator[tuple[str, str]]:
 
 def _rows(data: TrajectoryData) -> Array:
     momentum, reaction = wrench_parts(data.momentum), wrench_parts(data.reaction)
-    traces = [_trace_path(data, trace) for trace in data.sketch.traces]
+    traces = [data.path_of(trace) for trace in data.sketch.traces]
     columns = [
         data.time[:, None], data.position, data.orientation.reshape(-1, 9), data.velocity, data.angular_velocity,
         momentum.force, momentum.moment, data.energy[:, None], reaction.force, reaction.moment,

@@ -13,6 +13,7 @@ import pytest
 import bladesmith as bs
 from bladesmith import dynamics
 from bladesmith.dynamics.plotting import curves
+from bladesmith.dynamics.results.trajectory_data import OF_BODIES
 from bladesmith.dynamics.results.trajectory_files import archive
 from bladesmith.errors import InputError, SimulationError
 
@@ -74,6 +75,17 @@ def test_several_bodies_and_batches_come_back(tmp_path):
     assert list(again.bodies) == ["upper", "lower"]
     for name in again.bodies:
         same(again.bodies[name], found.bodies[name])
+        same(again[name], found[name])
+    refusals = []
+    for each in (found, again):
+        assert each.energy.shape == each.time.shape
+        for key in (*OF_BODIES, "path"):
+            with pytest.raises(InputError, match="is of 2 bodies: upper, lower. Ask one of them, as trajectory") as one:
+                each.path((0, 0, 1)) if key == "path" and each is again else getattr(each, key.replace("path", "motor"))
+            refusals.append(str(one.value))
+        with pytest.raises(InputError, match="no body 'uper'; there are: upper, lower. .did you mean 'upper'"):
+            each["uper"]
+    assert len(set(refusals)) == 1
     found.save(tmp_path / "two.csv")
     rows = (tmp_path / "two.csv").read_text().splitlines()
     assert (
