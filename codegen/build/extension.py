@@ -14,11 +14,13 @@ import os
 import sys
 import sysconfig
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import lru_cache
 from importlib.machinery import ExtensionFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from threading import Lock
+from threading import Lock, Timer
 from types import ModuleType
 
 import _cffi_backend
@@ -43,7 +45,11 @@ __all__ = [
 ]
 
 _WRAPPER_OPTIONS = ("-O1",)  # a few conversions per call: more takes as long again, and gains nothing
+#: Seconds of compiling after which a terminal is told of it, once in a process.
+PATIENCE = 3.0
 _log = logging.getLogger("bladesmith")
+#: What a user who waits is told; commands, which say what they do, silence it.
+_notices = logging.getLogger("bladesmith.compiling")
 
 
 def extension_key(extension: ExtensionSource) -> str:
@@ -198,13 +204,33 @@ def _identity(chosen: CompilerInfo) -> tuple[object, ...]:
 
 def _load(stem: str, extension: ExtensionSource, chosen: CompilerInfo) -> ModuleType:
     def build(folder: Path) -> Mapping[str, object]:
-        return _compile(stem, extension, chosen, folder)
+        with _notice():
+            return _compile(stem, extension, chosen, folder)
 
     try:
         return _import(stem, extension, cache.fetch(stem, build))
     except (ImportError, OSError):  # removed after it was checked, or a library of a different system
         cache.discard(stem)
         return _import(stem, extension, cache.fetch(stem, build))
+
+
+@contextmanager
+def _notice() -> Iterator[None]:
+    """Tell a user at a terminal why a first use takes seconds, if the block does."""
+    timer = Timer(PATIENCE, _tell_of_compiling)
+    timer.daemon = True
+    if sys.stderr is not None and sys.stderr.isatty():
+        timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+@lru_cache(maxsize=1)
+def _tell_of_compiling() -> None:
+    """Once in a process."""
+    _notices.warning("bladesmith compiles what is used for the first time; it is kept for later runs.")
 
 
 def _compile(stem: str, extension: ExtensionSource, chosen: CompilerInfo, folder: Path) -> Mapping[str, object]:

@@ -82,6 +82,7 @@ class LazyCommands(click.Group):
 def group(options: Options, verbose: bool, debug: bool) -> None:
     """Geometric algebra for 3D geometry, compiled."""
     options.debug = debug
+    logging.getLogger("bladesmith.compiling").setLevel(logging.ERROR)  # commands say what they do, or are silenced
     if verbose:
         logging.basicConfig(format="%(message)s")
         logging.getLogger("bladesmith").setLevel(logging.INFO)

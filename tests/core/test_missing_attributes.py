@@ -4,7 +4,9 @@ import pickle
 
 import pytest
 
+import bladesmith as bs
 from bladesmith import cga3d, objects, pga3d, poses
+from bladesmith.core.multivector import INTERNAL
 from bladesmith.errors import GradeError, InputError
 
 
@@ -27,3 +29,17 @@ def test_objects_and_poses_are_interpolated_by_their_own_functions() -> None:
     for motor in (pose, cga3d.translator([1, 2, 3])):
         with pytest.raises(GradeError, match=r"is no object\. Between poses use poses\.interpolate"):
             objects.interpolate(motor, motor, alpha=0.5)
+
+
+@pytest.mark.parametrize("name", ["cga3d", "pga3d", "sta", "vga2d"])
+def test_dir_lists_what_users_need(name: str) -> None:
+    algebra = getattr(bs, name)
+    listed = set(dir(algebra))
+    assert {"multivector", "blades", "kinds", "random", "e12"} <= listed
+    assert not listed & INTERNAL
+    with pytest.raises(AttributeError, match="has no 'remembr', and"):  # nothing internal is suggested
+        algebra.remembr  # noqa: B018
+
+
+def test_what_dir_leaves_out_is_there() -> None:
+    assert all(hasattr(cga3d, name) for name in INTERNAL)

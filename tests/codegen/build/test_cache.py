@@ -3,6 +3,8 @@
 import logging
 import os
 import shutil
+import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -36,6 +38,26 @@ def test_compiles_once_then_loads_from_the_cache(cache_dir, monkeypatch, caplog)
 def test_prints_nothing(cache_dir, capfd):
     load(ADD)
     assert capfd.readouterr() == ("", "")
+
+
+@needs_compiler
+def test_a_terminal_is_told_once_of_a_long_compilation(cache_dir, monkeypatch, caplog):
+    caplog.set_level(logging.WARNING, "bladesmith.compiling")
+    compiled = build._compile
+
+    def long(*arguments):
+        time.sleep(0.1)
+        return compiled(*arguments)
+
+    monkeypatch.setattr(build, "_compile", long)
+    build._tell_of_compiling.cache_clear()
+    said = []
+    for number, (patience, terminal) in enumerate([(0.01, False), (60.0, True), (0.01, True), (0.01, True)]):
+        monkeypatch.setattr(build, "PATIENCE", patience)
+        monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal, raising=False)
+        load(replace(ADD, options=(f"-DX={number}",)))
+        said.append([r.getMessage() for r in caplog.records if r.name == "bladesmith.compiling"])
+    assert [len(x) for x in said] == [0, 0, 1, 1] and "it is kept for later runs" in said[-1][0]
 
 
 @needs_compiler
