@@ -10,6 +10,9 @@ from pydantic import Field, model_validator
 from ...common.documents import Table
 from .fields import Direction, Number, Place, Positive, Unit, Vector, exactly_one, present_keys
 
+#: Lengths of quaternions that are 1 but for the rounding of a file.
+ROUNDED = 1e-3
+
 
 class PointTable(Table):
     """A point; of a body, also by its name."""
@@ -89,13 +92,16 @@ class OrientationTable(Table):
     """Body to world."""
 
     matrix: tuple[Vector, Vector, Vector] | None = None
+    quaternion: tuple[Number, Number, Number, Number] | None = None
     axis: Direction | None = None
     angle: Number | None = None
     degrees: Number | None = None
 
     @model_validator(mode="after")
     def _check_one_form(self) -> OrientationTable:
-        exactly_one(self, "matrix", "axis")
+        exactly_one(self, "matrix", "quaternion", "axis")
+        if self.quaternion is not None and abs(math.hypot(*self.quaternion) - 1) > ROUNDED:
+            raise ValueError("a quaternion w, x, y, z has the length 1")
         if self.axis is not None:
             exactly_one(self, "angle", "degrees")
         elif present_keys(self, "angle", "degrees"):
@@ -103,9 +109,14 @@ class OrientationTable(Table):
         return self
 
     @property
-    def radians(self) -> float:
-        """The angle."""
-        return math.radians(self.degrees) if self.degrees is not None else self.angle or 0.0
+    def rotation(self) -> tuple[Vector, float]:
+        """Axis, of any length, and angle, where there is no matrix."""
+        if self.quaternion is not None:
+            w, x, y, z = self.quaternion
+            axis = (x, y, z) if x or y or z else (0.0, 0.0, 1.0)
+            return axis, 2 * math.atan2(math.hypot(x, y, z), w)
+        assert self.axis is not None
+        return self.axis, math.radians(self.degrees) if self.degrees is not None else self.angle or 0.0
 
 
 class UnitsTable(Table):

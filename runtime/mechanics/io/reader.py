@@ -73,7 +73,7 @@ class MechanicsReader(Generic[FileTable]):
         """The rotor of an orientation."""
         rotor: Multivector
         if table.matrix is None:
-            rotor = self.document.build(path, partial(self.algebra.rotor, table.axis, table.radians, strict=True))
+            rotor = self.document.build(path, partial(self.algebra.rotor, *table.rotation, strict=True))
         else:
             matrix = np.eye(4)
             matrix[:3, :3] = table.matrix

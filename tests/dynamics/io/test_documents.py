@@ -67,6 +67,8 @@ def test_a_body_is_where_and_as_fast_as_its_file_says(tmp_path):
 
 
 @pytest.mark.parametrize("way", ["axis = [0.0, 1.0, 0.0], angle = 0.5", "axis = [0, 3, 0], degrees = 28.64788975654116",
+                                 "quaternion = [0.9689124217106447, 0, 0.24740395925452294, 0]",
+                                 "quaternion = [-0.9689124217106447, 0.0, -0.24740395925452294, 0.0]",
                                  "matrix = [[0.8775825618903728, 0, 0.479425538604203], [0, 1, 0], "
                                  "[-0.479425538604203, 0, 0.8775825618903728]]"])  # fmt: skip
 @pytest.mark.parametrize("algebra", ["cga3d", "pga3d"])
@@ -75,6 +77,12 @@ def test_orientations_are_rotations(way, algebra, tmp_path):
     c, s = np.cos(0.5), np.sin(0.5)
     assert np.allclose(body.rotation, [[c, 0, s], [0, 1, 0], [-s, 0, c]], atol=1e-14)
     assert body.algebra.name == algebra
+
+
+def test_the_unit_quaternion_is_no_rotation(tmp_path):
+    for w in (1, -1):
+        body = body_of(read(tmp_path, f"{BODY}orientation = {{ quaternion = [{w}, 0, 0, 0] }}{RUN}"))
+        assert np.allclose(body.rotation, np.eye(3), atol=1e-15)
 
 
 def test_shapes_weigh_and_turn_as_brute_force_says(tmp_path):
