@@ -22,7 +22,7 @@ from ..ir.loops.nodes import KernelSignature
 
 if TYPE_CHECKING:
     from ..optimise.variants import Variant
-    from ..trace.kernel import Formula, Kernel
+    from ..trace.kernel import Formula, Kernel, Output
 
 
 @cache
@@ -70,6 +70,11 @@ class KernelSpec:
     def kernel_signature(self) -> KernelSignature:
         """What algorithms call, as the printed function has it: nothing is traced where that is in the kernel cache."""
         return _printed_signature(self)
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """What it returns."""
+        return trace_spec(self).outputs
 
     def tangent_signature(self, varying: tuple[str, ...]) -> KernelSignature:
         """What derivatives of algorithms call: results and their tangents, from the inputs and directions of some."""

@@ -62,7 +62,7 @@ class KernelCalls:
         if not active or not names:
             return self._zeros(active), set()
         derived: KernelSignature = kernel.kernel.pullback_signature(names)
-        given = [v for v, o in zip(results, kernel.kernel.outputs, strict=True) if o.role != "status"]
+        given = [v for v, is_value in zip(results, kernel.are_values, strict=True) if is_value]
         rows = [self._row(v.type.size) for v, varies in zip(inputs, varying, strict=True) if varies]
         if [n for _, n in derived.outputs] != [v.type.size for v in rows]:
             raise AlgorithmError(

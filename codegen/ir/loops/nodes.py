@@ -196,6 +196,13 @@ class KernelSignature:
     inputs: tuple[tuple[str, int], ...]
     kernel: Any = field(default=None, compare=False, repr=False)
 
+    @property
+    def are_values(self) -> list[bool]:
+        """For each result whether it has a derivative: a status has none."""
+        if not any(name.rstrip("_") == "status" for name, _ in self.outputs):  # to ask the kernel may be to trace it
+            return [True] * len(self.outputs)
+        return [output.role != "status" for output in self.kernel.outputs]
+
 
 @dataclass(frozen=True, eq=False)
 class Function:

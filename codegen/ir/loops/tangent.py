@@ -254,17 +254,21 @@ class _Reader:
         if not names:
             return [*(self._zero(v) for v in outputs), call]
         derived: KernelSignature = kernel.kernel.tangent_signature(names)
-        with_values = len(derived.outputs) == 2 * count
-        if [n for _, n in derived.outputs] != [n for _, n in kernel.outputs] * (1 + with_values):
+        values = [v for v, is_value in zip(outputs, kernel.are_values, strict=True) if is_value]
+        statuses = [v for v in outputs if v not in values]
+        with_values = len(derived.outputs) == 2 * len(values)
+        sizes = [n for (_, n), is_value in zip(kernel.outputs, kernel.are_values, strict=True) if is_value]
+        if [n for _, n in derived.outputs] != sizes * (1 + with_values):
             raise AlgorithmError(
                 f"the derivative of the kernel {kernel.symbol} with respect to {', '.join(names)} has other blades",
                 where=self.function.where or self.function.name,
                 remedy="Declare its result by a layout that holds both.",
             )  # fmt: skip
         directions = [self._view(v) for v, varies in zip(inputs, varying, strict=True) if varies]
-        if with_values:
-            return [Call(derived, (*outputs, *map(self._view, outputs), *inputs, *directions), ())]
-        return [Call(derived, (*map(self._view, outputs), *inputs, *directions), ()), call]
+        own = values if with_values else []
+        along = Call(derived, (*own, *map(self._view, values), *inputs, *directions), ())
+        zeros = [self._zero(v) for v in statuses if v.array.name in self.active]
+        return [*zeros, along] if with_values and not statuses else [*zeros, along, call]
 
     def _zero(self, view: View) -> For:
         """A loop that makes a tangent zero."""

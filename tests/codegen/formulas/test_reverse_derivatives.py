@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bladesmith.codegen.algebra.members import sample
+import bladesmith as bs
+from bladesmith.codegen.algebra.members import NumericSource, sample
 from bladesmith.codegen.api import KernelFunction
 from bladesmith.codegen.checks.errors import compare, exact_rows
 from bladesmith.codegen.checks.exact_items import ColumnRing
@@ -81,6 +82,49 @@ def forward_tangents(
     return tangents
 
 
+def operands_with_values(kernel: KernelFunction) -> list[np.ndarray]:
+    """Operands of a kernel that has no values of random ones; none for others. Cotangents, which follow, are left out.
+
+    Rotations, circles on a sphere, lines in a plane, positions that a robot reaches; else members of the kinds with
+    constraints that have the blades of the layouts.
+    """
+    name, rng = kernel.name, np.random.default_rng(3)
+    positions = rng.normal(size=(ITEMS, 3))
+    quaternions = rng.normal(size=(ITEMS, 4))
+    quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
+    matrices = np.linalg.qr(rng.normal(size=(ITEMS, 3, 3)))[0]
+    matrices[:, :, 0] *= np.linalg.det(matrices)[:, None]
+    if name.startswith("rotor_from_matrix"):
+        return list(matrices.transpose(2, 0, 1))
+    if name.startswith("motor_from_matrix"):
+        return [*matrices.transpose(2, 0, 1), positions]
+    if name.startswith("pose_of_quaternion"):
+        return [quaternions, positions]
+    if name.startswith("pose_of_matrix"):
+        return [np.concatenate([matrices, positions[:, :, None]], 2).reshape(ITEMS, 12)]
+    if name.startswith(("delta_inverse", "delta_motion")):
+        rates = list(rng.normal(size=(2, ITEMS, 3))) if name.startswith("delta_motion") else []
+        robot, sides = np.tile([0.3, 0.5, 1.0, 1.0, 1.0, 0.0], (ITEMS, 1)), np.sign(positions)
+        return [0.1 * positions + [0.0, 0.0, 0.8], *rates, robot, sides]
+    if name.startswith("common_sphere_any_circle"):
+        on_sphere = rng.normal(size=(6, ITEMS, 3))
+        on_sphere /= np.linalg.norm(on_sphere, axis=2, keepdims=True)
+        p = [bs.cga3d.point(x) for x in on_sphere]
+        circles = [p[0] ^ p[1] ^ p[2], p[3] ^ p[4] ^ p[5]]
+        return [*(c.as_kind(kernel.kinds[0]).values for c in circles), np.full(ITEMS, 2.0)]
+    if name.startswith("common_sphere_any_line"):
+        in_plane = np.einsum("kni,nij->knj", rng.normal(size=(4, ITEMS, 2)), matrices[:, :2])
+        in_plane[::2] += positions
+        lines = [bs.cga3d.line(in_plane[k], in_plane[k + 1]) for k in (0, 2)]
+        return [*(x.as_kind(kernel.kinds[0]).values for x in lines), np.full(ITEMS, 2.0)]
+    if name.startswith(("log_motor_any_motor", "sqrt_motor_any_motor", "log_rotor_even", "sqrt_rotor_even")):
+        layout = kernel.kinds[0]
+        kind = next(k for k in layout.algebra.kinds.values() if k.blades == layout.blades and k.constraints)
+        columns = kind.values(sample(kind, NumericSource(ITEMS, 4)))
+        return [np.stack([np.broadcast_to(c, (ITEMS,)) for c in columns], 1)]
+    return []
+
+
 def check_exactly(kernel: KernelFunction) -> None:
     """A tangent from dual numbers, paired with a cotangent, is its direction paired with what is pulled back."""
     ring = ColumnRing(PrecisionRing(DIGITS), EXACT_ITEMS)
@@ -89,15 +133,21 @@ def check_exactly(kernel: KernelFunction) -> None:
         [source.scalar() for _ in range(k.size)] if k.form != "multivector" else k.values(sample(k, source))
         for k in kinds
     ]
+    for n, array in enumerate(operands_with_values(kernel)):
+        rows = array[:EXACT_ITEMS].reshape(EXACT_ITEMS, -1).T.tolist()
+        given[n] = [[ring.ring.constant(Fraction(x)) for x in column] for column in rows]
     layouts = value_layouts(kernel.outputs)
     directions, cotangents = (numbers_like([k.size for k in each], source) for each in (kinds, layouts))
     tangents = forward_tangents(kernel, ring, given, directions)
     pulled = kernel.pullback().traced.evaluate_flat([v for row in (*given, *cotangents) for v in row], ring)
+    compared = 0
     for item in range(EXACT_ITEMS):
         forward, size = paired(tangents, cotangents, item)
         reverse, other = paired(pulled, directions, item)
         if forward == forward:  # no number of a root that is held at zero: the derivative of the zero is zero
             assert abs(forward - reverse) <= PAIRED * max(size, other)
+            compared += 1
+    assert compared
 
 
 def units(kernel: Kernel, members: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -119,7 +169,12 @@ def check_rounding(kernel: KernelFunction) -> None:
     traced, rng = pullback.traced, np.random.default_rng(2)
     run, reduced = pullback.on("numpy"), pullback.variant.name.startswith("reduced")
     cases = list(operand_cases(traced, np.float64, ITEMS))
-    for case, arrays in (*cases, ("versors 1 and -1", units(traced, cases[0][1]))):
+    ordinary = cases[0][1]
+    cases.append(("versors 1 and -1", units(traced, ordinary)))
+    if special := operands_with_values(kernel):
+        cases.append(("operands that have a value", [*special, *ordinary[len(special) :]]))
+    seen = False
+    for case, arrays in cases:
         found = run(*arrays)
         exact = exact_rows(traced, arrays)
         fault = compare(traced, arrays, found, exact, reduced).fault
@@ -129,8 +184,11 @@ def check_rounding(kernel: KernelFunction) -> None:
         with np.errstate(all="ignore"):
             tangents = forward_tangents(kernel, NumericRing(), given, directions)
         forward = np.all([np.broadcast_to(np.isfinite(t), ITEMS) for row in tangents for t in row], axis=0)
-        for values in found if isinstance(found, tuple) else (found,):
+        results = found if isinstance(found, tuple) else (found,)
+        seen |= bool(np.all([np.isfinite(r).reshape(ITEMS, -1).all(1) for r in results], 0).any())
+        for values in results:
             assert np.isfinite(values[forward]).all(), f"{case}: not finite, and the forward derivative is"
+    assert seen, "no case has a derivative"
 
 
 #: Kernels of so few operations, because constraints hide what they depend on, that reverse derivatives take more.

@@ -12,6 +12,7 @@ import pytest
 
 from bladesmith.codegen.build import extension
 
+from ...support.effort import seeds
 from ...support.targets.lanes import TAGS, by_lanes
 
 HEAD = """
@@ -209,9 +210,10 @@ def test_random_algorithms_have_the_same_bits_on_several_items(
 
 @pytest.mark.compiles
 @pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
-def test_cotangents_of_random_algorithms_are_those_of_tangents(tmp_path: Path) -> None:
+@pytest.mark.parametrize("seed", seeds(1, 200))
+def test_cotangents_of_random_algorithms_are_those_of_tangents(seed: int, tmp_path: Path) -> None:
     """Paired with directions as the tangents are with the cotangents of the results."""
-    module, rng = module_of(100, tmp_path), np.random.default_rng(100)
+    module, rng = module_of(100 + seed, tmp_path), np.random.default_rng(100 + seed)
     sizes = ((ITEMS, 4), (ITEMS, 3, 3), (ITEMS,))
     for k in range(2):
         function = getattr(module, f"f{k}")

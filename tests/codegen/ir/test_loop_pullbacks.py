@@ -1,9 +1,7 @@
-"""Reverse derivatives of algorithms: against differences of the text with sixty digits, and refusals."""
+"""Reverse derivatives of algorithms: against differences of the text with sixty digits, and what is infinite."""
 
 from __future__ import annotations
 
-import subprocess
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,161 +10,22 @@ import pytest
 import bladesmith as bs
 from bladesmith import codegen, errors
 from bladesmith.codegen import algorithm
-from bladesmith.codegen.algorithms import dense
 from bladesmith.codegen.build import extension
 from bladesmith.codegen.language import (
-    InOut,
-    Int,
-    IntVector,
-    Matrix,
-    Out,
     Real,
-    Reals,
-    Rows,
-    Static,
     Vector,
     atan2,
-    cos,
-    empty,
     exp,
-    int_zeros,
-    log,
-    sin,
     sqrt,
-    zeros,
 )  # fmt: skip
 from bladesmith.codegen.trace.outputs import status
 
-from ...support.export.drivers import WARNINGS
 from ...support.targets.derivatives import differences, precise
+from ...support.targets.pullbacks import calls, first_above, in_place, left_in_branches, of_any_size, of_rows, operators
 
 cga = bs.cga3d
 pytestmark = pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
 rng = np.random.default_rng(11)
-
-
-@algorithm
-def operators(x: Vector[3], y: Real, out: Out[Vector[2]]) -> Real:
-    """Every operator and function, numbers that are replaced, and branches."""
-    a = sin(x[0]) * cos(y) - exp(-x[1] * x[1]) / (2.0 + y * y)
-    a = a * a - (x[2] - a) / (1.0 + abs(a))
-    b = atan2(x[0], y) + log(1.0 + y * y) - sqrt(3.0 + x[2] * x[2])
-    b += min(x[0], x[1]) * max(a, y)
-    out[0] = b if a < b else -b * x[0]
-    if x[0] < x[1]:
-        out[1] = x[0] * x[1]
-    else:
-        out[1] = y
-    out[1] *= a
-    return -a / b
-
-
-@algorithm
-def first_above(v: InOut[Vector[3]], limit: Real) -> tuple[Real, Int]:
-    """Loops that are left by break, continue and return, and what they have changed by then."""
-    total = limit
-    for i in range(4):
-        for j in range(i, 3):
-            if v[j] < limit - 3.0:
-                continue
-            total += v[j] * total
-            v[j] -= 0.1 * total * total
-            if j + i == 3 and total > 4.0:
-                break
-            if total > 9.0:
-                return total * v[0], i
-        total = sin(total) + limit
-    return total, -1
-
-
-@algorithm
-def left_in_branches(x: Vector[3], n: Int) -> Real:
-    """Loops that are left, in branches that are not."""
-    total = x[0]
-    if x[0] + x[1] > -1.0:
-        for i in range(6):
-            if total * total > 2.0:
-                break
-            if i % 2 == 1:
-                continue
-            total = total * total + x[i % 3] * total + 0.4
-    else:
-        for i in range(n, n + 3):
-            total += sin(total) * x[i % 3]
-            break
-    return total * x[2]
-
-
-@algorithm
-def in_place(x: InOut[Vector[4]], a: InOut[Matrix[3, 3]], n: InOut[IntVector[4]], m: Int) -> Real:
-    """Indices that are read from an array that changes, swaps, arrays made anew, loops of no steps."""
-    k = 0
-    s = x[0]
-    for i in range(7, -2, -3):
-        n[n[0] % 4] = (n[1] + i) % 4
-        work = zeros(2)
-        work[i % 2] = s * x[n[0] % 4]
-        x[n[2] % 4], x[1] = x[1], work[0] - work[1] * s
-        for _ in range(k, k - 1):
-            s = 100.0
-        s += x[k % 4] * a[k % 3, 1]
-        a[(i + m) % 3][:] = (s, x[2], a[1, k % 3] * s)
-        k += 1
-    while k < 9 and s * s < 50.0:
-        k += 2
-        s = 1.1 * s + x[k % 4]
-    return s / (1.0 + x[0] * x[0])
-
-
-@algorithm
-def scale(source: Vector[3], target: InOut[Vector[3]], by: Real) -> None:
-    """Target plus by times source, where both may be one array."""
-    for i in range(3):
-        target[i] += by * source[2 - i] * source[i]
-
-
-@codegen.kernel(codegen.numbers(3), codegen.numbers(3), codegen.scalar, algebra=cga)
-def cross(a, b, s):
-    return codegen.row([s * a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] * s])
-
-
-@algorithm
-def calls(a: Matrix[3, 3], b: Vector[3], s: Real, x: Out[Vector[3]]) -> Real:
-    """Kernels, algorithms with and without a declared derivative, of one array twice."""
-    factor = empty(3, 3)
-    factor[:] = a
-    x[:] = b
-    for _ in range(2):
-        x[:] = cross(b, x, s * x[0])
-        scale(x, x, s)
-        scale(b, x, x[0])
-    dense.cholesky(factor)
-    dense.solve_cholesky(factor, x)
-    return x[0] * factor[1, 1]
-
-
-@algorithm
-def of_any_size(x: Vector, shift: Static) -> Real:
-    """A loss of neighbours."""
-    total = 0.0
-    for i in range(len(x) - 1):
-        rest = x[i + 1] - x[i] * x[i] + shift
-        total += rest * rest * rest
-    return total
-
-
-@algorithm
-def of_rows(rows: Rows[2], weights: Reals, sums: Out[Vector[2]]) -> Real:
-    """Rows whose number is known at a call; integers that are no index."""
-    seen = int_zeros(1)
-    best = 1.0
-    for i in range(len(rows)):
-        row = rows[i]
-        best = best * cos(row[0] * weights[i]) + row[1]
-        sums[0] += row[0] * best
-        seen[0] += 1
-    sums[1] = best * float(seen[0])
-    return best
 
 
 def positive(count: int) -> Any:
@@ -343,6 +202,8 @@ def test_what_is_not_selected_may_be_infinite_or_nan() -> None:
     """By hand: the total is y times roots of 1 and 4."""
     dx, dy = roots_that_exist.vjp(np.array([1.0, -2.0, 4.0]), 3.0)(1.0)
     assert np.allclose(dx, [3.0, 0.0, 0.75], rtol=1e-15) and dy == 2.0
+    along = [roots_that_exist.derivative("x")(np.array([1.0, -2.0, 4.0]), 3.0, d) for d in np.eye(3)]
+    assert np.allclose([value for value, _ in along], 6.0) and np.allclose([d for _, d in along], dx, rtol=1e-15)
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1e-200, 1.0, 1e200, 2e307])
@@ -355,115 +216,3 @@ def test_angles_of_points_near_and_far(scale: float) -> None:
     found = [float(d) for d in angle.vjp(y, x)(1.0)]
     along = [float(angle.derivative(name)(y, x, 1.0)[1]) for name in "yx"]
     assert np.allclose([found, along], expected, rtol=1e-15, atol=1e-323)
-
-
-# -- export ------------------------------------------------------------------------------------------------------------
-
-
-@algorithm
-def unread(x: Real, out: Out[Vector[2]]) -> Real:
-    """An array whose values the reverse sweep does not need."""
-    out[0] = 2.0 * x
-    out[1] = x
-    return x * x
-
-
-@pytest.mark.compiles
-def test_exported_c_compiles_without_a_warning(tmp_path: Path) -> None:
-    x, limit, given = np.array([0.5, -0.2, 1.5]), 0.7, np.array([1.0, 2.0, 3.0])
-    made = first_above.pullback("v", "limit")
-    expected = made(x, limit, given, 0.5)
-    made.export("c99", tmp_path, name="above")
-    in_place.pullback("x", "a").export("c99", tmp_path, name="places")
-    unread.pullback().export("c99", tmp_path, name="unread")
-    (tmp_path / "main.c").write_text("""
-        #include <stdio.h>
-        #include "above.h"
-        #include "places.h"
-        #include "unread.h"
-        int main(void) {
-          double x[3] = {0.5, -0.2, 1.5}, given[3] = {1.0, 2.0, 3.0}, bar[3];
-          double limit = above_first_above_vjp_v_limit(x, 0.7, given, 0.5, bar);
-          printf("%.17g %.17g %.17g %.17g\\n", bar[0], bar[1], bar[2], limit);
-          return 0;
-        }
-    """)
-    command = ["gcc", "-std=c99", *WARNINGS, "-O2", "-ffp-contract=off", "main.c", "-o", "main", "-lm"]
-    subprocess.run(command, cwd=tmp_path, check=True)
-    printed = subprocess.run(["./main"], cwd=tmp_path, check=True, capture_output=True, text=True).stdout.split()
-    assert [float(v) for v in printed] == [*expected[0], expected[1]]
-
-
-# -- refusals ----------------------------------------------------------------------------------------------------------
-
-
-@algorithm
-def until_small(x: Real) -> Real:
-    """A loop of any number of steps, each of which counts."""
-    while x > 1e-3:
-        x = sin(x) * x
-    return x
-
-
-@algorithm
-def of_count(x: Real, n: Int) -> Real:
-    """The same, of as many as a caller says."""
-    for _ in range(n):
-        x = sin(x)
-    return x
-
-
-@algorithm
-def with_bound(x: Real, n: Int) -> Real:
-    """The same, bounded."""
-    for _ in range(min(n, 20)):
-        x = sin(x)
-    return x
-
-
-@algorithm
-def without_need(x: Real, n: Int) -> Real:
-    """A loop of any number of steps that needs nothing kept."""
-    total = 0.0
-    for k in range(n):
-        total += x * float(k)
-    return total
-
-
-@algorithm
-def too_long(x: Real) -> Real:
-    """More than is kept."""
-    for _ in range(200000):
-        x = sin(x)
-    return x
-
-
-def test_memory_is_bounded() -> None:
-    place = rf"test_loop_pullbacks.py:{until_small.text.first + 3}: .* each step of this loop.*derivative\(\.\.\.\)"
-    with pytest.raises(errors.AlgorithmError, match=place):
-        until_small.vjp(1.0)(1.0)
-    with pytest.raises(errors.AlgorithmError, match=r"range\(min\(n, 100\)\)"):
-        of_count.vjp(1.0, 3)(1.0)
-    with pytest.raises(errors.AlgorithmError, match=r"keeps 200000 numbers, .* 131072 fit"):
-        too_long.vjp(1.0)(1.0)
-    assert np.isclose(with_bound.vjp(1.0, 3)(1.0)[0], with_bound.derivative("x")(1.0, 3, 1.0)[1], rtol=1e-15)
-    assert with_bound.vjp(0.3, -2)(1.5) == (1.5,)
-    assert without_need.vjp(2.0, 1000)(1.0) == (499500.0,)
-
-
-@pytest.mark.parametrize(
-    ("call", "error", "message"),
-    [
-        (lambda: operators.vjp(np.ones(3)), errors.InputError, "takes 2 arguments"),
-        (lambda: operators.vjp(np.ones(3), 1.0)(1.0), errors.InputError, "2 cotangents .out_bar, result_bar., not 3"),
-        (lambda: operators.vjp(np.ones(3), 1.0)(np.ones(3), 1.0), errors.ShapeError, r"out_bar has shape \(3,\)"),
-        (lambda: operators.vjp(np.ones(3), 1.0)(np.ones((2, 2)), 1.0), errors.ShapeError, "more than there are"),
-        (lambda: operators.vjp(np.ones(3), 1.0)(np.ones(2), "a"), errors.InputError, "result_bar"),
-        (lambda: operators.vjp(np.ones(3), 1.0, wrt=["z"]), errors.InputError, "there are: x, y"),
-        (lambda: in_place.pullback("n"), errors.InputError, "no parameter of real numbers 'n'"),
-        (lambda: of_any_size.pullback("x").source(), errors.InputError, "give the arguments of a call"),
-    ],
-)
-def test_what_is_refused(call: Any, error: Any, message: str) -> None:
-    with pytest.raises(error, match=message):
-        call()

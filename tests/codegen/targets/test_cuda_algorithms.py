@@ -37,6 +37,7 @@ from bladesmith.kinematics.serial import driver as chain_driver
 from ...support import cuda as cuda_support
 from ...support.kinematics import FourBar, four_bar
 from ...support.objects.merging import clustered
+from ...support.targets.pullbacks import walk
 
 pytestmark = pytest.mark.gpu
 cga = bs.cga3d
@@ -148,6 +149,12 @@ def test_merging_compiles_without_a_warning() -> None:
 def test_a_derivative_has_cuda_text_too() -> None:
     text = accumulated.derivative("weights").source("cuda", *accumulated_arguments(np.float64))
     assert "launch_bs_loop_f64" in text
+
+
+def test_reverse_derivatives_compile_without_a_warning() -> None:
+    derived = walk.pullback()
+    files = algorithm_cuda(derived.function_for(derived.declared_arguments()))
+    cuda_support.assert_clean(files, "compute_90", {"launch_bs_loop_f64", "launch_bs_loop_f32"})
 
 
 # -- the text, run -------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ import numpy as np
 from bladesmith import cga3d as cga
 from bladesmith import codegen
 from bladesmith.codegen import algorithm
-from bladesmith.codegen.algorithm_api import AlgorithmFunction
+from bladesmith.codegen.algorithm_api.compiled import CompiledAlgorithm
 from bladesmith.codegen.ir.loops.nodes import Function
 from bladesmith.codegen.ir.loops.types import ArrayType
 from bladesmith.codegen.language import (
@@ -195,7 +195,7 @@ class AlgorithmCase:
     results: np.ndarray[Any, Any]
 
 
-def algorithm_case(given: AlgorithmFunction, items: Sequence[np.ndarray[Any, Any]]) -> AlgorithmCase:
+def algorithm_case(given: CompiledAlgorithm, items: Sequence[np.ndarray[Any, Any]]) -> AlgorithmCase:
     """What to give to an exported algorithm, and to expect of it."""
     function, count = given.function_for(given.declared_arguments()), len(items[0])
     found = given(*items)
@@ -207,7 +207,7 @@ def algorithm_case(given: AlgorithmFunction, items: Sequence[np.ndarray[Any, Any
         rows.append(numbers)
     results = [np.asarray(r).astype(np.float64).reshape(count, -1) for r in found]
     return AlgorithmCase(
-        given.name, function, tuple(sizes), np.concatenate(rows, axis=1), np.concatenate(results, axis=1)
+        function.name, function, tuple(sizes), np.concatenate(rows, axis=1), np.concatenate(results, axis=1)
     )
 
 

@@ -30,11 +30,23 @@ using std::abs; using std::cos; using std::floor; using std::sin; using std::sqr
 
 def shader_program(unit: Unit, text: str, count: int) -> str:
     """A program of C++ for `run_driver`, of the unit as it is printed and its text."""
+    return c_program(unit, count, _as_cpp(text), prefixed(unit), prefixed(unit))
+
+
+def assert_valid_as_cpp(path: Path) -> None:
+    """Compile the file's text as C++: where there is no compiler of shaders, most mistakes are seen."""
+    program = path.with_name("shader.cpp")
+    program.write_text(_as_cpp(path.read_text()))
+    command = ["g++", "-fsyntax-only", "-Wall", "-Wextra", "-Wno-unused-function", "-Werror", program.name]
+    subprocess.run(command, cwd=path.parent, check=True)
+
+
+def _as_cpp(text: str) -> str:
     text = text.replace("__VERSION__", "330")
     text = re.sub(r"^precision .*;$", "", text, flags=re.MULTILINE)
     text = re.sub(r"\b(?:in)?out (\w+) (\w+)(\[\d+\])", r"\1 (&\2)\3", text)
     text = re.sub(r"\b(?:in)?out (\w+) (\w+)", r"\1 &\2", text)
-    return c_program(unit, count, _BUILT_IN + text, prefixed(unit), prefixed(unit))
+    return _BUILT_IN + text
 
 
 def assert_valid(path: Path) -> None:
