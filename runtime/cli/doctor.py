@@ -97,7 +97,12 @@ def targets() -> Facts:
 
 def programs() -> Facts:
     """Table of what runs on which target, whether it is available or not."""
-    return {name: "; ".join(f"{t.name}: {t.programs[name]}" for t in TARGETS) for name in PROGRAMS}
+    return {name: "; ".join(f"{t.name}: {_extent(t.programs[name])}" for t in TARGETS) for name in PROGRAMS}
+
+
+def _extent(text: str) -> str:
+    """How much of a program a target runs, in words that stand alone."""
+    return "yes, in float64 only" if text == "float64" else text
 
 
 def kernel_cache() -> Facts:
@@ -214,14 +219,14 @@ def _formulas(generated: Path) -> str:
     except BladesmithError as error:
         return f"cannot be read: {error}"
     if not stale:
-        return "the generated texts are theirs"
+        return "none is newer than the generated texts"
     return f"NEWER than the generated texts: {', '.join(stale)}. Run: bladesmith generate --update"
 
 
 def _freshness(folder: Path, headers: Path) -> str:
     module = _extension(folder.name)
     if module is None:
-        return "not compiled at install: at first use, where there is a compiler"
+        return "compiled at first use, which needs a compiler"
     if not hasattr(module.lib, "bs_source_hash"):
         return "compiled"
     count = f"{module.lib.bs_kernel_count()} kernels, " if hasattr(module.lib, "bs_kernel_count") else ""
@@ -238,7 +243,7 @@ def _freshness(folder: Path, headers: Path) -> str:
         else:
             stale.add(formulas)
     compiled = [f"{', '.join(sorted(names))} ({instance})" for instance, names in found.items()]
-    parts = [f"compiled from these sources: {'; '.join(compiled) or 'nothing'}"]
+    parts = [f"installed: {'; '.join(compiled)}", "The others are compiled at first use"] if compiled else []
     if stale:
         parts.append(f"STALE, compiled anew at first use: {', '.join(sorted(stale))}")
-    return f"{count}{'. '.join(parts)}. The rest at first use"
+    return f"{count}{'. '.join(parts) or 'all compiled at first use'}"
