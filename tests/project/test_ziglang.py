@@ -36,12 +36,12 @@ def run(folder: Path, name: str, *level: str, **variables: str) -> dict[str, np.
 @pytest.mark.compiles
 @pytest.mark.peers
 def test_every_program_runs_by_ziglang_to_the_bits_of_gcc(tmp_path):
-    """Of gcc as users have it; zig optimises less, in half of the time."""
+    """Of gcc as users have it; zig optimises nothing, but with all bars."""
     assert find_spec("ziglang"), "the extra ci has it"
     if not shutil.which("gcc"):
         pytest.skip("no gcc to compare with")
     expected = run(tmp_path, "gcc", CC="gcc")
-    by_zig = run(tmp_path, "zig", "" if FULL else "-O1", CC="", PATH=str(tmp_path))
+    by_zig = run(tmp_path, "zig", "" if FULL else "-O0", CC="", PATH=str(tmp_path))
     assert (tmp_path / "zig" / "zig").is_dir()  # its libraries are in our cache
     assert {key.rpartition(" ")[0] for key in expected} == {*PROGRAMS, SWEEPS}
     assert by_zig.keys() == expected.keys()

@@ -132,7 +132,8 @@ def stand_in(name: str, text: str, launchers: Mapping[str, Sequence[str]]) -> st
     driver = DRIVER.replace("@ENTRIES@", ", ".join(entries))
     own = text.replace('extern "C" ', "static ")
     source = "\n".join(["#include <stddef.h>", "#include <stdlib.h>", WORDS, own, *calls, driver])
-    return str(load_extension(ExtensionSource(name, "int bs_left_open(void);", source, options=("-O1",))).__file__)
+    level = "-O1" if FULL else "-O0"
+    return str(load_extension(ExtensionSource(name, "int bs_left_open(void);", source, options=(level,))).__file__)
 
 
 def stand_in_of_kernels(name: str, variants: Iterable[Variant]) -> Device:

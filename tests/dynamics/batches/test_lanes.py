@@ -15,6 +15,8 @@ from bladesmith.codegen.programs.dynamics import wide
 from bladesmith.codegen.programs.dynamics.config import DynamicsConfig
 from bladesmith.dynamics.integration import driver
 
+from ...support.effort import FULL
+
 pytestmark = pytest.mark.skipif(
     extension.compiler() is None or not has_wide_vectors(), reason="no compiler, or no wide vectors"
 )
@@ -39,6 +41,17 @@ CONSTRAINED = [
     ("rk4", LOADED, 1, "projection"), ("rk4", (GRAVITY,), 1, "baumgarte"), ("adaptive", LOADED, 1, "projection"),
     ("taylor", (GRAVITY,), 1, "projection"), ("rkmk4", BETWEEN, 2, "projection"),
 ]  # fmt: skip
+
+
+def in_turn(cases: list[Any]) -> list[tuple[Any, Any]]:
+    """Cases, each in one of the algebras; in both with all bars."""
+    algebras = [bs.cga3d, bs.pga3d]
+    return [(case, a) for k, case in enumerate(cases) for a in (algebras if FULL else algebras[k % 2 :][:1])]
+
+
+def name_of(value: Any) -> str:
+    """Of a case or an algebra."""
+    return f"{value[0]}-{len(value[1])}-{value[2]}" if isinstance(value, tuple) else str(value.name)
 
 
 def bodies(algebra: Any, count: int) -> dynamics.System | dynamics.RigidBody:
@@ -79,8 +92,7 @@ def assert_the_bits_of_single_ones(simulation: Any, monkeypatch: Any, project: b
 
 
 @pytest.mark.compiles
-@pytest.mark.parametrize("algebra", [bs.cga3d, bs.pga3d], ids=["cga", "pga"])
-@pytest.mark.parametrize("case", CASES, ids=lambda c: f"{c[0]}-{len(c[1])}-{c[2]}")
+@pytest.mark.parametrize(("case", "algebra"), in_turn(CASES), ids=name_of)
 def test_simulations_of_a_batch_have_the_bits_of_single_ones(case: Any, algebra: Any, monkeypatch: Any) -> None:
     integrator, loads, count = case
     simulation = dynamics.Simulation(bodies(algebra, count), list(loads), integrator=integrator)
@@ -88,8 +100,7 @@ def test_simulations_of_a_batch_have_the_bits_of_single_ones(case: Any, algebra:
 
 
 @pytest.mark.compiles
-@pytest.mark.parametrize("algebra", [bs.cga3d, bs.pga3d], ids=["cga", "pga"])
-@pytest.mark.parametrize("case", PINNED, ids=lambda c: f"{c[0]}-{len(c[1])}-{c[2]}")
+@pytest.mark.parametrize(("case", "algebra"), in_turn(PINNED), ids=name_of)
 def test_pinned_bodies_of_a_batch_have_the_bits_of_single_ones(case: Any, algebra: Any, monkeypatch: Any) -> None:
     integrator, loads, count = case
     pins = [dynamics.Pin(algebra.point(x)) for x in POINTS[:count]]
