@@ -53,6 +53,7 @@ STUDIES = {
     "violations": Entry("dynamics.violations", 9, 8),
     "stiffness": Entry("dynamics.stiffness", 45, 35),
     "springs": Entry("dynamics.springs", 45, 45),
+    "joints": Entry("dynamics.joints", 38, 38),
     "lanes": Entry("dynamics.lanes", 25, 25),
     "delta": Entry("kinematics.delta", 25, 16),
     "chains": Entry("kinematics.chains", 13, 10),

@@ -59,7 +59,7 @@ def implicit_step_algorithms(closing: ClosingAlgorithms, explicit: StepAlgorithm
     explicit : StepAlgorithms
     """
     find_rates, close_loops = closing.find_rates, closing.close_loops
-    unit_of, land = explicit.unit_of, explicit.land
+    unit_of, rounding_of, land = explicit.unit_of, explicit.rounding_of, explicit.land
     differentiate_stages, factor_stages, solve_stage = stage_systems(find_rates)
 
     # -- errors ------------------------------------------------------------------------------------------------------
@@ -68,20 +68,11 @@ def implicit_step_algorithms(closing: ClosingAlgorithms, explicit: StepAlgorithm
     def find_rounding(
         joint_laws: Rows[JointLaw], options: Options, state: Reals, work: Rows[LinkWork], rounding: InOut[Reals],
     ) -> None:  # fmt: skip
-        """Rounding of accelerations that were found at a state, also of what is subtracted in the laws of joints."""
+        """Rounding of accelerations that were found at a state."""
         n = len(joint_laws)
         for j in range(n):
-            lost = 0.0
-            if options.joint_laws != 0:
-                law = joint_laws[j]
-                x = abs(state[j])
-                lost = law.stiffness * (x + abs(law.rest)) + law.damping * abs(state[n + j])
-                if state[j] > law.upper:
-                    lost += law.stop_stiffness * (x + abs(law.upper)) + law.stop_damping * abs(state[n + j])
-                if state[j] < law.lower:
-                    lost += law.stop_stiffness * (x + abs(law.lower)) + law.stop_damping * abs(state[n + j])
             rounding[j] = 0.0
-            rounding[n + j] = BLURS * (work[j].blur + epsilon() * lost * work[j].compliance)
+            rounding[n + j] = rounding_of(joint_laws[j], options, state[j], state[n + j], work[j])
 
     @algorithm
     def error_of(

@@ -46,6 +46,8 @@ class StepAlgorithms(NamedTuple):
     ----------
     unit_of : algorithm
         What counts as one of a joint's coordinate.
+    rounding_of : algorithm
+        Rounding of a joint's acceleration.
     adaptive_step : algorithm
         One that is accepted; a status.
     find_state_between : algorithm
@@ -57,6 +59,7 @@ class StepAlgorithms(NamedTuple):
     """
 
     unit_of: algorithm
+    rounding_of: algorithm
     adaptive_step: algorithm
     find_state_between: algorithm
     step: algorithm
@@ -133,9 +136,22 @@ def step_algorithms(k: Any, closing: ClosingAlgorithms) -> StepAlgorithms:
         """What counts as one of a joint's coordinate: a radian, or a length."""
         return length if joint.rotation == 0.0 else 1.0
 
+    @inlined
+    def rounding_of(law: JointLaw, options: Options, x: Real, v: Real, link: LinkWork) -> Real:
+        """Rounding of a joint's acceleration that was found at a state, also of what is subtracted in its laws."""
+        lost = 0.0
+        if options.joint_laws != 0:
+            lost = law.stiffness * (abs(x) + abs(law.rest)) + law.damping * abs(v)
+            if x > law.upper:
+                lost += law.stop_stiffness * (abs(x) + abs(law.upper)) + law.stop_damping * abs(v)
+            if x < law.lower:
+                lost += law.stop_stiffness * (abs(x) + abs(law.lower)) + law.stop_damping * abs(v)
+        rounding: Real = BLURS * (link.blur + epsilon() * lost * link.compliance)
+        return rounding
+
     @algorithm
     def error_of_step(
-        joints: Rows[Joint], settings: Settings, options: Options, scheme: Reals, h: Real, start: Reals, end: Reals,
+        joints: Rows[Joint], joint_laws: Rows[JointLaw], settings: Settings, options: Options, scheme: Reals, h: Real, start: Reals, end: Reals,
         stages: Reals, work: Rows[LinkWork],
     ) -> Real:  # fmt: skip
         """The error of a step in units of what is allowed."""
@@ -163,7 +179,8 @@ def step_algorithms(k: Any, closing: ClosingAlgorithms) -> StepAlgorithms:
                 unit = unit_of(joints[j - n], settings.length)
                 own = max(abs(start[j]), max(abs(end[j]), h * abs(stages[j])))
                 allowed = settings.atol * unit + settings.rtol * max(own, SLOWEST * unit * fastest)
-                allowed = max(allowed, BLURS * h * work[j - n].blur)
+                at = j - n
+                allowed = max(allowed, h * rounding_of(joint_laws[at], options, end[at], end[j], work[at]))
             first_square += error * error / (allowed * allowed) if error != 0.0 else 0.0
             second_square += other * other / (allowed * allowed) if other != 0.0 else 0.0
         both = first_square + 0.01 * second_square
@@ -210,7 +227,7 @@ def step_algorithms(k: Any, closing: ClosingAlgorithms) -> StepAlgorithms:
                 places, firsts, gravity, options, options.poses, references, end, work, acting, row_work, matrix,
                 stages, size * stage_count,
             )  # fmt: skip
-            error = error_of_step(joints, settings, options, scheme, h, state, end, stages, work)
+            error = error_of_step(joints, joint_laws, settings, options, scheme, h, state, end, stages, work)
             if not error < INFINITY:  # nor what is not a number
                 h /= 10.0
                 is_rejected = True
@@ -320,4 +337,4 @@ def step_algorithms(k: Any, closing: ClosingAlgorithms) -> StepAlgorithms:
             return int(status)
         return OK
 
-    return StepAlgorithms(unit_of, adaptive_step, find_state_between, step, land)
+    return StepAlgorithms(unit_of, rounding_of, adaptive_step, find_state_between, step, land)

@@ -11,11 +11,14 @@ from ...codegen.algorithms.chain_records import Joint
 from ...codegen.algorithms.trees.motion_records import JointLaw, TreeBody
 from ..assembly.data import Assembly
 from ..assembly.decay import fastest_decay
-from ..integration.integrators import MAX_IMPLICIT, STIFF
+from ..integration.integrators import MAX_IMPLICIT
 from .parameters import UPPER, TreeParameters
 from .spanning_tree import SpanningTree
 
 Array = NDArray[Any]
+#: Time constants of the fastest decay in a run from which on "auto" is implicit: chains of 2 to 24 rods take as long by
+#: either at 1500 to 3000 of them, 48 at 3000 to 6000 (bodies under constraints, whose steps cost more, at 1e5).
+STIFF = 3e3
 #: Freedoms up to which "auto" is implicit: derivatives and factors of all of them are kept for each stage.
 MOST_FREEDOMS = 200
 
@@ -23,8 +26,8 @@ MOST_FREEDOMS = 200
 def is_stiff(decay: float, freedoms: int, duration: float) -> bool:
     """Whether a run is so many times as long as the fastest decay that implicit steps take less time.
 
-    Up to 24 freedoms by the rule for bodies; from there on by time constants for each of them, because an implicit step
-    costs the square of their number at least, and an explicit one their number.
+    Beyond 24 freedoms by time constants for each of them, because an implicit step costs the square of their number at
+    least, and an explicit one their number.
     """
     return freedoms <= MOST_FREEDOMS and decay * duration > STIFF * max(1.0, freedoms / MAX_IMPLICIT)
 
