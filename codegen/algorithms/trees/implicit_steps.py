@@ -38,7 +38,7 @@ from ..dynamics.steps.collocated import (
     most_iterations,
     subtract_slopes,
 )  # fmt: skip
-from ..dynamics.steps.error_scales import ALMOST, BLURS, FEWEST_ROUNDINGS
+from ..dynamics.steps.error_scales import ALMOST, FEWEST_ROUNDINGS
 from .closing import ClosingAlgorithms
 from .motion_records import JointLaw, KeptMotion, LinkWork, Loop, LoopRow, Options, RowWork, Settings, TreeBody
 from .records import Link

@@ -151,8 +151,8 @@ def step_algorithms(k: Any, closing: ClosingAlgorithms) -> StepAlgorithms:
 
     @algorithm
     def error_of_step(
-        joints: Rows[Joint], joint_laws: Rows[JointLaw], settings: Settings, options: Options, scheme: Reals, h: Real, start: Reals, end: Reals,
-        stages: Reals, work: Rows[LinkWork],
+        joints: Rows[Joint], joint_laws: Rows[JointLaw], settings: Settings, options: Options, scheme: Reals, h: Real,
+        start: Reals, end: Reals, stages: Reals, work: Rows[LinkWork],
     ) -> Real:  # fmt: skip
         """The error of a step in units of what is allowed."""
         n = len(joints)

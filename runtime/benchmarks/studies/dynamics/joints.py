@@ -156,7 +156,10 @@ STUDY = Study(
     name="joints",
     title="Joints with springs and dampers",
     methods=(
-        *(Method(name, partial(ours, integrator=name), "rtol", TOLERANCES, repeats=3) for name in ("implicit", "adaptive", "auto")),
+        *(
+            Method(name, partial(ours, integrator=name), "rtol", TOLERANCES, repeats=3)
+            for name in ("implicit", "adaptive", "auto")
+        ),
         Method("rk4", partial(ours, integrator="rk4"), "steps", (100, 1000, 10000), repeats=3),
         Method("SciPy Radau", partial(by_scipy, method="Radau"), "rtol", TOLERANCES[:-1], repeats=1),
         Method("MuJoCo", by_mujoco, "step", (1e-3, 1e-4, 1e-5), repeats=1, requires="mujoco"),
@@ -165,14 +168,18 @@ STUDY = Study(
         Case("springs of 10 N m/rad, dampers of 0.1 N m s", partial(rods, stiffness=10.0, damping=0.1)),
         Case("springs of 1e5 N m/rad, damping ratio about 10", partial(rods, stiffness=1e5, damping=2e3), "stiff"),
         Case("dampers of 1e3 N m s alone", partial(rods, stiffness=0.0, damping=1e3), "stiff"),
-        Case("springs of 1e4 N m/rad that ring, t = 0.2", partial(rods, stiffness=1e4, damping=0.1, duration=0.2), "stiff"),
+        Case(
+            "springs of 1e4 N m/rad that ring, t = 0.2",
+            partial(rods, stiffness=1e4, damping=0.1, duration=0.2),
+            "stiff",
+        ),
     ),
     reference=truth,
     error=error,
     unit="m",
     count=1,
     source="Featherstone, Rigid Body Dynamics Algorithms",
-    notes="A point is a whole motion, of 1 s, in the coordinates of joints (coordinates=\"joint\"). SciPy has Lagrange's "
-    "equations in Python with exact derivatives. Explicit steps are left out where they would be very many; MuJoCo's have one size, "
-    "implicit in dampers alone.",
-)  # fmt: skip
+    notes="A point is a whole motion, of 1 s, in the coordinates of joints. SciPy has Lagrange's equations in Python with "
+    "exact derivatives. Explicit steps are left out where they would be very many; MuJoCo's have one size, implicit in "
+    "dampers alone.",
+)
