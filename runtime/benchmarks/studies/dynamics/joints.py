@@ -180,6 +180,6 @@ STUDY = Study(
     count=1,
     source="Featherstone, Rigid Body Dynamics Algorithms",
     notes="A point is a whole motion, of 1 s, in the coordinates of joints. SciPy has Lagrange's equations in Python, "
-    "with exact derivatives. Explicit steps are left out where they would be very many; MuJoCo's have one size, implicit in "
-    "dampers alone.",
+    "with exact derivatives. Explicit steps are left out where they would be very many; MuJoCo's have one size, "
+    "implicit in dampers alone.",
 )
