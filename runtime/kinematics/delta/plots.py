@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,6 @@ from ...plot.view_box import surrounding_box
 if TYPE_CHECKING:
     from ...plot.matplotlib_import import Axes3D, Figure
     from .geometry import Pose
-    from .robot import DeltaRobot
-    from .trajectory import Motion
-    from .workspace import Workspace, WorkspaceGrid
 
 Array = NDArray[Any]
 #: Width of upper arms, in points.
@@ -52,8 +49,41 @@ MOST_SLICES = 24
 MARGIN = 0.06
 
 
+class Robot(Protocol):
+    """What is drawn of a `DeltaRobot`, which draws itself."""
+
+    def pose(self, theta: Any, root: str = ...) -> Pose: ...
+    def pose_at(self, y: Any, elbow: Any = ...) -> Pose: ...
+
+
+class Grid(Protocol):
+    """What is drawn of a `Workspace`."""
+
+    @property
+    def x(self) -> Array: ...
+    @property
+    def y(self) -> Array: ...
+    @property
+    def z(self) -> Array: ...
+    @property
+    def reachable(self) -> Array: ...
+
+
+class Curves(Protocol):
+    """What is drawn of a `Motion`."""
+
+    @property
+    def time(self) -> Array: ...
+    @property
+    def theta(self) -> Array: ...
+    @property
+    def speed(self) -> Array: ...
+    @property
+    def angular_acceleration(self) -> Array: ...
+
+
 def picture(
-    robot: DeltaRobot,
+    robot: Robot,
     theta: Any = None,
     path: str | PathLike[str] | None = None,
     *,
@@ -140,7 +170,7 @@ def _draw(ax: Any, pose: Pose, opacity: float, box: tuple[Array, Array]) -> None
 
 
 def slices(
-    workspace: Workspace | WorkspaceGrid,
+    workspace: Grid,
     path: str | PathLike[str] | None = None,
     *,
     show: str = "condition",
@@ -203,7 +233,7 @@ def slices(
     return figure
 
 
-def _slice_numbers(workspace: Workspace | WorkspaceGrid, axis: int, at: Sequence[float] | None) -> list[int]:
+def _slice_numbers(workspace: Grid, axis: int, at: Sequence[float] | None) -> list[int]:
     """Indices of the samples along an axis that are drawn."""
     samples = (workspace.x, workspace.y, workspace.z)[axis]
     others = tuple(i for i in range(3) if i != axis)
@@ -219,9 +249,7 @@ def _slice_numbers(workspace: Workspace | WorkspaceGrid, axis: int, at: Sequence
     return [int(np.abs(samples - v).argmin()) for v in values]
 
 
-def _slice(
-    ax: Any, workspace: Workspace | WorkspaceGrid, values: Array, axis: int, number: int, ramp: Any, scale: Any
-) -> Any:
+def _slice(ax: Any, workspace: Grid, values: Array, axis: int, number: int, ramp: Any, scale: Any) -> Any:
     """One panel."""
     samples = (workspace.x, workspace.y, workspace.z)
     first, second = (i for i in range(3) if i != axis)
@@ -239,7 +267,7 @@ def _slice(
     return image
 
 
-def curves(motion: Motion, path: str | PathLike[str] | None = None, *, dpi: float = axes_setup.DOTS_PER_INCH) -> Figure:
+def curves(motion: Curves, path: str | PathLike[str] | None = None, *, dpi: float = axes_setup.DOTS_PER_INCH) -> Figure:
     """Angles, speeds and accelerations of the motors over time; a `Figure` of matplotlib."""
     check_suffix(path)
     panels = (
