@@ -6,6 +6,7 @@ const found = document.getElementById("found");
 const drawing = document.getElementById("drawing");
 const colors = drawing.dataset.colors.split(" ");
 const SMALLEST = 1e-18; // errors of zero are drawn there
+const NOISE = 1.1; // times that are nearer to each other are not told apart
 
 function element(name, attributes = {}, text = "") {
   const space = { svg: 1, path: 1, line: 1, circle: 1, text: 1, title: 1 }[name] ? "http://www.w3.org/2000/svg" : "http://www.w3.org/1999/xhtml";
@@ -62,7 +63,14 @@ function choose() {
     return;
   }
   const fit = rows.filter((row) => row.lost === 0 && row.error <= accepted).sort((a, b) => a.ns - b.ns);
-  found.replaceChildren(fit.length ? tabulated(fit.slice(0, 8)) : "No method that was measured is so exact without losing an answer.");
+  if (!fit.length) {
+    found.replaceChildren("No method that was measured is so exact without losing an answer.");
+    return;
+  }
+  const shown = fit.slice(0, 8);
+  const equals = shown.filter((row) => row.ns < NOISE * shown[0].ns).length;
+  const note = element("p", {}, `The first ${equals} differ by less than a tenth: within what such times vary by.`);
+  found.replaceChildren(tabulated(shown), ...(equals > 1 ? [note] : []));
 }
 
 function draw(rows, accepted) { // error against time, both logarithmic; a line for each method, hollow where answers are lost
