@@ -16,10 +16,10 @@ from bladesmith.codegen.build.toolchain import compiler
 from ..checkout import CHECKOUT, TEST_CACHE
 from ..effort import FULL
 
-#: By folder of tests, or module; the last that holds a test counts. Programs of dynamics and kinematics are many,
-#: and run briefly.
+#: By folder of tests, or module; the last that holds a test counts. Programs of dynamics, kinematics
+#: and documentation are many, and run briefly.
 LEVELS = {
-    "": "-O1", "dynamics": "-O0", "kinematics": "-O0", "codegen/targets": "",
+    "": "-O1", "dynamics": "-O0", "kinematics": "-O0", "project": "-O0", "release": "-O0", "codegen/targets": "",
     "codegen/targets/test_cuda_algorithms.py": "-O0",  # of which C is the reference
 }  # fmt: skip
 #: What asks for less than the level gets that.
