@@ -120,7 +120,7 @@ def operands_with_values(kernel: KernelFunction) -> list[np.ndarray]:
     if name.startswith(("log_motor_any_motor", "sqrt_motor_any_motor", "log_rotor_even", "sqrt_rotor_even")):
         layout = kernel.kinds[0]
         if kernel.algebra.name == "cga2d":  # it has no kind of even versors: rotation, transversion and dilation
-            # Without the dilation second derivatives of the logarithm are wrong, by 1.15 of 4.03: an open fault.
+            # Without the dilation second derivatives of log are wrong, by 1.15 of 4.03; so in cga3d: an open fault.
             a, (x, y, z) = bs.cga2d, positions.T
             n, dilation = np.sqrt(1 + x * x), np.sqrt(1 + z * z) + z * (a.no ^ a.ni)
             return [((1 + x * a.e12) / n * dilation * (1 - (y * a.e1 + z * a.e2) * a.no)).as_kind(layout).values]
