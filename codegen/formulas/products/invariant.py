@@ -7,6 +7,7 @@ has at most one vector; the rotor is then the product of two simple ones. Motors
 
 from __future__ import annotations
 
+from math import comb
 from typing import NamedTuple
 
 from ...algebra.algebra import Algebra
@@ -32,6 +33,10 @@ from .products import absolute_product
 
 #: Invariant decomposition needs B^2 = scalar + grade 4 whose square is a scalar: so in five dimensions and fewer.
 MOST_DIMENSIONS = 5
+#: Squares below which an arc over its sine is a series: the quotient has no derivatives to rounding there.
+ARC_SMALL = 0.01
+#: Coefficients of arsinh(x)/x by the square of x; of arcsin by its negative.
+_ARC = tuple((-1) ** k * comb(2 * k, k) / (4**k * (2 * k + 1)) for k in range(9))
 #: Squares of two simple parts that differ by less than this many roots of the rounding unit, relative to their sum:
 #: the difference is noise below one of them, and above as many its cube is no error.
 NEARLY_EQUAL = 32
@@ -216,7 +221,10 @@ def _arc(square: Multivector, c: Multivector) -> Multivector:
     added = as_computed(whole - 1)
     growth = select(added > 0, log(whole) * (x / added), x)  # log(1 + x) to rounding, for x of any size
     arc = select(square < 0, angle, growth)
-    return select(length > 0, arc / length, square.constant(1))
+    series = square.constant(_ARC[-1])
+    for coefficient in _ARC[-2::-1]:
+        series = series * square + coefficient
+    return select(absolute(square) < ARC_SMALL, series, arc / length)
 
 
 def sqrt_rotor(r: Multivector) -> tuple[Multivector, Result]:

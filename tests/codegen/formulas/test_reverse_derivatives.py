@@ -118,15 +118,17 @@ def operands_with_values(kernel: KernelFunction) -> list[np.ndarray]:
         lines = [bs.cga3d.line(in_plane[k], in_plane[k + 1]) for k in (0, 2)]
         return [*(x.as_kind(kernel.kinds[0]).values for x in lines), np.full(ITEMS, 2.0)]
     if name.startswith(("log_motor_any_motor", "sqrt_motor_any_motor", "log_rotor_even", "sqrt_rotor_even")):
-        layout = kernel.kinds[0]
-        if kernel.algebra.name == "cga2d":  # it has no kind of even versors: rotation, transversion and dilation
-            # Without the dilation second derivatives of log are wrong, by 1.15 of 4.03; so in cga3d: an open fault.
-            a, (x, y, z) = bs.cga2d, positions.T
-            n, dilation = np.sqrt(1 + x * x), np.sqrt(1 + z * z) + z * (a.no ^ a.ni)
-            return [((1 + x * a.e12) / n * dilation * (1 - (y * a.e1 + z * a.e2) * a.no)).as_kind(layout).values]
-        kind = next(k for k in layout.algebra.kinds.values() if k.blades == layout.blades and k.constraints)
-        columns = kind.values(sample(kind, NumericSource(ITEMS, 4)))
-        return [np.stack([np.broadcast_to(c, (ITEMS,)) for c in columns], 1)]
+        layout, algebra = kernel.kinds[0], getattr(bs, kernel.algebra.name)
+        # A rotation, and a screw's translation, or a transversion and a dilation: by turns without one of them, or alone.
+        x, y, z = positions.T
+        x[1::4] = z[2::4] = z[3::4] = x[3::4] = 0.0
+        rotation = (1 + x * algebra.e12) / np.sqrt(1 + x * x)
+        if "any_motor" in name:
+            versor = rotation * (1 - (y * algebra.e1 + z * algebra.e3) * (algebra.ni if algebra is bs.cga3d else algebra.e0))
+        else:
+            dilation = np.sqrt(1 + z * z) + z * (algebra.no ^ algebra.ni)
+            versor = rotation * dilation * (1 - (y * algebra.e1 + z * algebra.e2) * algebra.no)
+        return [versor.as_kind(layout).values]
     return []
 
 
