@@ -115,10 +115,7 @@ class Binding(ABC):
 
 def floating(value: Any, name: str) -> Array:
     """The value as an array of float64 or float32."""
-    try:
-        array = native_array(value)
-    except ValueError:
-        raise InputError(f"{name} has rows of several lengths.") from None
+    array = native_array(value, name)
     if array.dtype == F64 or array.dtype == F32:
         return array
     if array.dtype.kind not in "iuf" and not (array.dtype.kind == "b" and array.size == 0):
@@ -126,19 +123,20 @@ def floating(value: Any, name: str) -> Array:
     return array.astype(F64)
 
 
-def native_array(value: Any) -> Array:
+def native_array(value: Any, name: str = "an array") -> Array:
     """The value as an array of this machine's order of bytes, and aligned: a view may begin at an odd byte.
 
     Raises
     ------
-    ValueError
-        If its rows are of several lengths.
     InputError
-        If it masks some of its numbers.
+        If its rows are of several lengths, or it masks some of its numbers.
     """
     if type(value) is not np.ndarray and isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        raise InputError("an array masks some of its numbers.", remedy="Fill them first: x.filled(value)")
-    array = np.asarray(value)
+        raise InputError(f"{name} masks some of its numbers.", remedy="Fill them first: x.filled(value)")
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise InputError(f"{name} has rows of several lengths.") from None
     if not array.dtype.isnative:
         return array.astype(array.dtype.newbyteorder("="))
     return array if array.flags.aligned else array.copy()

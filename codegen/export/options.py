@@ -116,6 +116,9 @@ class ExportOptions:
                 f"{self.language} has no numbers of type {one_line(self.dtype)}.",
                 remedy=f"There are: {', '.join(known)}.",
             )
+        for name, flag in (("split", self.split), ("overwrite", self.overwrite)):
+            if not isinstance(flag, bool):
+                raise InputError(f"{name} is {one_line(flag)}; True or False is needed.")
         if self.split and not LANGUAGES[self.language].has_split:
             raise InputError(
                 f"{self.language} has no header apart from its functions.", remedy="Leave split to c99."

@@ -268,7 +268,7 @@ class CompiledKernel(DeclaredFormula):
                 arrays.append(coefficients(self.name, value, kind, argument))
                 owner = owner or value.algebra
             else:
-                arrays.append(native_array(value))
+                arrays.append(native_array(value, argument))
         dtypes = {a.dtype for a in arrays}
         if dtypes != {np.dtype(np.float32)}:  # numbers of any type become double, unless everything is single
             floats = {a.dtype for a, k in zip(arrays, self.kinds, strict=True) if not k.is_scalar_argument}

@@ -9,7 +9,7 @@ from typing import Any, Self
 from ..algebra.algebra import Algebra, Kind, scalar_argument
 from ..algebra.algebra import numbers as numbers_kind
 from ..algebra.blades import shortened_identifier, validated_identifier
-from ..errors import InputError, KindError, SignatureError, TraceError
+from ..errors import InputError, KindError, SignatureError, TraceError, one_line
 from ..ir.graph import Node
 from ..ir.loops.nodes import KernelSignature
 from .derivatives import directions_of, restricted, tangent_formula, unused
@@ -187,8 +187,9 @@ class DeclaredFormula:
             If there is no such argument.
         """
         wrt = wrt or tuple(self.arguments)
-        if unknown := set(wrt) - set(self.arguments):
-            raise TraceError(f"{self.name} has no argument {min(unknown)!r}; it has: {', '.join(self.arguments)}.")
+        for name in wrt:
+            if name not in self.arguments:
+                raise TraceError(f"{self.name} has no argument {one_line(name)}; it has: {', '.join(self.arguments)}.")
         key = "pullback", *wrt
         if key not in self._derived:
             self._derived[key] = self._pullback_kernel(wrt)

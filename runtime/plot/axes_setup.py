@@ -97,7 +97,8 @@ def panels(
 
 def new_figure(**options: Any) -> Figure:
     """A figure without pyplot, which notebooks show all the same; options of matplotlib's `Figure`."""
-    return _shown_in_notebooks(matplotlib_import.figure_class()(**options))
+    dpi = positive_float(options.pop("dpi", DOTS_PER_INCH), "dpi")
+    return _shown_in_notebooks(matplotlib_import.figure_class()(dpi=dpi, **options))
 
 
 def _shown_in_notebooks(picture: Picture) -> Picture:

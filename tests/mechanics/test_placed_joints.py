@@ -48,6 +48,18 @@ def test_free_motions(name, algebra):
         np.testing.assert_allclose(six(m.solve({joint: 1.0})["b"]), expected[0], atol=1e-12)
 
 
+@pytest.mark.parametrize("size", [1e-320, 1e-200, 1e200, 1e308])
+def test_directions_have_any_length(size):
+    for name in ("Revolute", "Prismatic", "Planar"):
+        wanted, given = (
+            getattr(kin, name)("a", "b", point=PLACE, **{"normal" if name == "Planar" else "axis": direction})
+            for direction in ((0, 0.5, 0.5), (0, size, size))
+        )
+        for one, other in zip(wanted.conditions(), given.conditions(), strict=True):
+            found, expected = (c.x.values / np.abs(c.x.values).max() for c in (other, one))
+            np.testing.assert_allclose(found, expected, atol=1e-4 if size < 1e-300 else 1e-12)
+
+
 def test_a_prismatic_joint_is_drawn_where_it_is():
     joint = kin.Prismatic("a", "b", axis=AXIS, point=PLACE)
     line = joint.first.parameters()

@@ -104,7 +104,7 @@ def pose(geometry: DeltaGeometry, y: Array, theta: Array) -> Pose:
     points, _ = calls.evaluate("delta_frame.points", [y, theta, geometry.parameters, geometry.radii])
     missing = np.asarray(~(np.isfinite(y).all(-1) & np.isfinite(theta).all(-1)))
     shoulders, elbows, wrists, tops, bottoms = (
-        np.where(missing[..., None, None], np.nan, x.reshape(*x.shape[:-1], -1, 3)) for x in points
+        np.where(missing[..., None, None], np.nan, x.reshape(*x.shape[:-1], x.shape[-1] // 3, 3)) for x in points
     )
     return Pose(y, theta, shoulders, elbows, wrists, tops, bottoms, bottoms[..., _ROD_AT_CORNER, :])
 

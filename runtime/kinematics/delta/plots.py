@@ -268,8 +268,18 @@ def _slice(ax: Any, workspace: Grid, values: Array, axis: int, number: int, ramp
 
 
 def curves(motion: Curves, path: str | PathLike[str] | None = None, *, dpi: float = axes_setup.DOTS_PER_INCH) -> Figure:
-    """Angles, speeds and accelerations of the motors over time; a `Figure` of matplotlib."""
+    """Angles, speeds and accelerations of the motors over time; a `Figure` of matplotlib.
+
+    Raises
+    ------
+    InputError
+        If an argument is not valid.
+    SingularError
+        If the robot can be at none of the times.
+    """
     check_suffix(path)
+    if not np.isfinite(motion.theta).all(-1).any():
+        raise SingularError("the robot can be at none of these times.", remedy="Its status says why")
     panels = (
         ("angles of the motors [rad]", motion.theta),
         ("speeds [rad per time]", motion.speed),

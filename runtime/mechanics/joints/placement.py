@@ -59,6 +59,8 @@ def place(
     for name, vector in vectors.items():
         if name != "point" and not vector.any():
             raise InputError(f"{joint.label}: its {name} is zero.", remedy="Give a direction, of any length")
+        if name != "point":  # no square over- or underflows
+            vectors[name] = np.ldexp(vector, -np.frexp(np.abs(vector).max())[1])
     for field, x in zip(fields, make(home, *vectors.values()), strict=False):
         object.__setattr__(joint, field, x)
 

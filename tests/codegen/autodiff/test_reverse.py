@@ -159,6 +159,11 @@ def test_wrong_calls_are_refused() -> None:
         kernel.vjp(np.ones(2), 2.0)(np.ones((5, 2, 1)))
     with pytest.raises(TraceError, match="no argument 'c'"):
         kernel.pullback("c")
+    with pytest.raises(TraceError, match=r"no argument \['a'\]"):
+        kernel.pullback(["a"])  # type: ignore[arg-type]
+    for call in (lambda: kernel(1.0, [[1.0], [1.0, 2.0]]), lambda: kernel.vjp(1.0, [[1.0], [1.0, 2.0]])(1.0)):
+        with pytest.raises(InputError, match="^b has rows of several lengths"):
+            call()
     with pytest.raises(InputError, match="masks some"):
         kernel.vjp(np.ones(2), 2.0)(np.ma.masked_array(np.ones((2, 1)), [[False], [True]]))
 

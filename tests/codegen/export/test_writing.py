@@ -49,3 +49,9 @@ def test_a_full_device_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "full.h").symlink_to("/dev/full")
     with pytest.raises(InputError, match=r"cannot be written: No space left on device"):
         export(ITEMS, tmp_path, ExportOptions("c99", "full"))
+
+
+@pytest.mark.parametrize("option", ["split", "overwrite"])
+def test_options_are_true_or_false(option: str) -> None:
+    with pytest.raises(InputError, match=f"{option} is 'no'; True or False"):
+        ExportOptions("c99", "f", **{option: "no"})  # type: ignore[arg-type]

@@ -143,6 +143,18 @@ def test_pictures(tmp_path):
         plots.slices(space, show="conditions")
 
 
+def test_nothing_to_draw() -> None:
+    with pytest.raises(SingularError, match="cannot take any of these poses"):
+        USUAL.picture(np.empty((0, 3)))
+    away = USUAL.trajectory(lambda t: np.array([9.0, 0, 0]), np.linspace(0, 1, 5))
+    with pytest.raises(SingularError, match="at none of these times. Its status says why"):
+        away.plot()
+    there = USUAL.trajectory(lambda t: np.array([0, 0, 0.9]), np.linspace(0, 1, 5))
+    for dpi in (0, np.nan, "x"):
+        with pytest.raises(InputError, match="^dpi is"):
+            there.plot(dpi=dpi)
+
+
 @pytest.mark.slow
 def test_a_delta_robot_is_a_mechanism_at_one_pose_that_it_has() -> None:
     robot = kinematics.DeltaRobot(0.4, 0.15, 0.6, 1.2)
