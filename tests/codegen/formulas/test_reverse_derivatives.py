@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import bladesmith as bs
-from bladesmith.codegen.algebra.members import NumericSource, sample
+from bladesmith.codegen.algebra.members import sample
 from bladesmith.codegen.api import KernelFunction
 from bladesmith.codegen.checks.errors import compare, exact_rows
 from bladesmith.codegen.checks.exact_items import ColumnRing
@@ -119,12 +119,13 @@ def operands_with_values(kernel: KernelFunction) -> list[np.ndarray]:
         return [*(x.as_kind(kernel.kinds[0]).values for x in lines), np.full(ITEMS, 2.0)]
     if name.startswith(("log_motor_any_motor", "sqrt_motor_any_motor", "log_rotor_even", "sqrt_rotor_even")):
         layout, algebra = kernel.kinds[0], getattr(bs, kernel.algebra.name)
-        # A rotation, and a screw's translation, or a transversion and a dilation: by turns without one of them, or alone.
+        # A rotation with a translation, or with a transversion and a dilation: by turns without one, or alone.
         x, y, z = positions.T
         x[1::4] = z[2::4] = z[3::4] = x[3::4] = 0.0
         rotation = (1 + x * algebra.e12) / np.sqrt(1 + x * x)
         if "any_motor" in name:
-            versor = rotation * (1 - (y * algebra.e1 + z * algebra.e3) * (algebra.ni if algebra is bs.cga3d else algebra.e0))
+            infinity = algebra.ni if algebra is bs.cga3d else algebra.e0
+            versor = rotation * (1 - (y * algebra.e1 + z * algebra.e3) * infinity)
         else:
             dilation = np.sqrt(1 + z * z) + z * (algebra.no ^ algebra.ni)
             versor = rotation * dilation * (1 - (y * algebra.e1 + z * algebra.e2) * algebra.no)
