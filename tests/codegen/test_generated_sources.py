@@ -58,7 +58,7 @@ def test_installed_extensions_are_of_these_sources(name: str) -> None:
 
 def test_generated_files_stay_small() -> None:
     """Loops of registration, merging, the tracer's tree and roots are among them, printed from algorithms."""
-    assert sum(p.stat().st_size for p in GENERATED.rglob("*") if p.suffix in (".c", ".h", ".py", ".json")) < 6_200_000
+    assert sum(p.stat().st_size for p in GENERATED.rglob("*") if p.suffix in (".c", ".h", ".py", ".json")) < 6_250_000
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from bladesmith import codegen, pga3d
 from bladesmith.codegen.export.unit import exported_unit
 
 from ...support.export.drivers import WARNINGS
+from ...support.targets.elementary import COMPILERS
 
 CALLED = codegen.kernel(pga3d.layout("motor"), pga3d.layout("point"), name="called")(lambda m, e012: m >> e012)
 NUMBER = codegen.scalar
@@ -87,10 +88,11 @@ def test_numbers_beyond_the_precision_are_infinite(language: str, number: str, t
 
 @pytest.mark.parametrize(("dtype", "number"), [("float64", "(double)NAN"), ("float32", "NAN")])
 def test_constants_have_the_type_of_the_file(dtype: str, number: str, tmp_path: Path) -> None:
-    """Also the argument of a reduction that takes float64: clang -Wdouble-promotion says so otherwise."""
+    """Also the argument of a reduction that takes float64: -Wdouble-promotion says so otherwise, of clang at least."""
     logarithm: Callable[..., Any] = codegen.ga.log
     kernel = codegen.kernel(pga3d.kind("motor"), name="logarithm")(lambda m: codegen.ga.exp(logarithm(m)))
     (path,) = kernel.export("c99", tmp_path, dtype=dtype)
     assert f"= {number};" in path.read_text()
     warnings = [*WARNINGS, "-Wdouble-promotion", "-Wshadow", "-Wconversion", "-Wno-unused-function"]
-    subprocess.run(["clang", "-std=c99", "-pedantic", *warnings, "-fsyntax-only", path], check=True)
+    for compiler in COMPILERS:
+        subprocess.run([compiler, "-std=c99", "-pedantic", *warnings, "-fsyntax-only", path], check=True)
