@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -167,6 +168,18 @@ def test_sums_have_the_bits_and_statuses_of_the_kernel(jax: Any) -> None:
     assert jax.vmap(roots.jax())(values[:, :0])[1].tolist() == [0] * 4
     late = np.r_[np.ones(BLOCK), -1.0]
     assert roots.jax()(late)[1] == roots(late)[1] == Status.SINGULAR
+
+
+def test_calls_at_once_share_threads(jax: Any) -> None:
+    """Of XLA, several of whose computations run at a time: the same bits, and none waits for another."""
+    rng, n = np.random.default_rng(2), 5 * BLOCK + 7
+    rows, points = rng.normal(size=(n, 2)), np.repeat(X, n // len(X) + 1, 0)[:n]
+    together = jax.jit(lambda m, x, r: (move.jax()(m, x), pairs.jax()(r), move.jax()(m[::-1], x), pairs.jax()(-r)))
+    expected = move(M, points), pairs(rows), move(M[::-1].copy(), points), pairs(-rows)
+    with ThreadPoolExecutor(4) as pool:
+        for found in pool.map(lambda _: together(M, points, rows), range(12)):
+            for a, b in zip(found, expected, strict=True):
+                np.testing.assert_array_equal(a, b)
 
 
 def test_where_nothing_is_compiled_python_is_called(jax: Any, monkeypatch: pytest.MonkeyPatch) -> None:
