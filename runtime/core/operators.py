@@ -11,6 +11,7 @@ from typing import Any, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..codegen.algebra.multivector import Multivector as FormulaMultivector
 from ..dispatch.multivector_data import MultivectorData
 from ..dispatch.plans import PLANS, plan
 from . import linear_maps
@@ -241,4 +242,5 @@ def _as_scalar(like: Any, value: Any) -> Any:
 
 
 def _may_be_numbers(value: Any) -> bool:
-    return value is not None and not isinstance(value, str | bytes | dict | set)
+    """Not multivectors of formulas, which take numeric ones on their left."""
+    return value is not None and not isinstance(value, str | bytes | dict | set | FormulaMultivector)

@@ -272,3 +272,17 @@ def test_arguments_that_are_named_as_coefficients_of_others_are_their_own() -> N
     for target in ("c", "numpy", *(["numba"] if find_spec("numba") else [])):
         found = wide.on(target)(values, [1.0, 2.0, 3.0], [5.0])
         np.testing.assert_array_equal(found, 15 * values)
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [
+        lambda m: pga.e0 * m, lambda m: pga.e1 ^ m, lambda m: pga.e1 | m, lambda m: pga.e012 & m, lambda m: pga.e0 + m,
+        lambda m: pga.e12 - m, lambda m: pga.rotor((0, 0, 1), 0.3) >> m, lambda m: pga.e0 * m.grade(0),
+    ],
+)  # fmt: skip
+def test_constant_multivectors_stand_on_the_left_too(formula: Callable[[Any], Any]) -> None:
+    m = pga.random("motor", seed=1)
+    kernel = codegen.kernel(pga.kind("motor"), name="left")(formula)
+    found, expected = kernel.on("numpy")(m), formula(m)
+    np.testing.assert_allclose(found.values, expected.as_kind(found.kind).values, atol=1e-15)
