@@ -19,7 +19,7 @@ MOST = {
     "c/programs/tracer/acceleration": 50,
     "cuda": 12,
     "export": 52,
-    "jax": 9,
+    "jax": 12,
     "numba": 2,
 }
 #: Generated from algorithms.
