@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
 import importlib
 import inspect
 import pkgutil
@@ -12,6 +13,7 @@ import sys
 import textwrap
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -33,6 +35,7 @@ UNTYPED = {
     ),
     "whatever was interrupted": r"(Interrupted|ExecutorError)\.partial|Progress\.detail",
     "what widgets of Jupyter inherit": r"InteractiveFigure\.\w+",
+    "a point, or its position": r"Revolute\.point",
     "SymPy has no types": r"SymbolicMultivector\.(coefficient|norm|scalar)",
     "a place, weights, or a callee, by the operation": r"Node\.data",
     "coefficients of any ring": r"codegen\.(Multivector\.scalar|rings\..*)",
@@ -44,7 +47,7 @@ REVEALED = re.compile(r'use\.py:(\d+): note: Revealed type is "(.*)"$', re.M)
 
 
 def attributes(kind: type) -> list[str]:
-    """Public attributes: of the class, annotated, or set in its methods; old names are left out."""
+    """Public attributes: of the class, annotated, or set in its methods; old names and mere arguments are left out."""
     names = {n for n in dir(kind) if not isinstance(inspect.getattr_static(kind, n), renamed_attribute)}
     for base in kind.__mro__:
         if base.__module__.startswith("bladesmith."):
@@ -56,7 +59,13 @@ def attributes(kind: type) -> list[str]:
                     and ast.unparse(node.value) == "self"
                 ):
                     names.add(node.attr)
-    return sorted(n for n in names if not n.startswith("_"))
+    arguments = {n for n, field in getattr(kind, "__dataclass_fields__", {}).items() if is_argument(field)}
+    return sorted(n for n in names - arguments if not n.startswith("_"))
+
+
+def is_argument(field: dataclasses.Field[Any]) -> bool:
+    """Return whether a field of a dataclass is an `InitVar`."""
+    return field._field_type is dataclasses._FIELD_INITVAR  # type: ignore[attr-defined]
 
 
 def results(type_: str) -> Iterator[str]:

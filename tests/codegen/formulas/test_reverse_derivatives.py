@@ -117,6 +117,9 @@ def operands_with_values(kernel: KernelFunction) -> list[np.ndarray]:
         in_plane[::2] += positions
         lines = [bs.cga3d.line(in_plane[k], in_plane[k + 1]) for k in (0, 2)]
         return [*(x.as_kind(kernel.kinds[0]).values for x in lines), np.full(ITEMS, 2.0)]
+    if name.startswith(("velocity_motor", "velocity_rate_motor")):  # of a body: its mass and its moments are positive
+        frame = getattr(bs, kernel.algebra.name).random("motor", ITEMS, seed=5).values
+        return [frame, rng.uniform(0.5, 2.0, ITEMS), rng.uniform(0.5, 2.0, (ITEMS, 3))]
     if name.startswith(("log_motor_any_motor", "sqrt_motor_any_motor", "log_rotor_even", "sqrt_rotor_even")):
         layout, algebra = kernel.kinds[0], getattr(bs, kernel.algebra.name)
         # A rotation with a translation, or with a transversion and a dilation: by turns without one, or alone.
