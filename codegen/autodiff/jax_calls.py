@@ -17,8 +17,6 @@ from ..targets.templates import render
 
 #: The one target: an attribute names the kernel.
 TARGET = "bladesmith_kernel"
-#: Items, whole blocks of them, that XLA's threads take at once, at least: a few hundred microseconds.
-SHARE = BLOCK
 #: What it calls of the extension of kernels that are made at run time.
 _FUNCTIONS = ("bs_run_sums", "bs_fold", "bs_join")
 _DECLARATIONS = """
@@ -35,7 +33,7 @@ class Calls:
         import jax
         import jaxlib
 
-        text = render("jax_calls.c.j2", block=BLOCK, lanes=LANES, share=SHARE)
+        text = render("jax_calls.c.j2", block=BLOCK, lanes=LANES)
         text = text.replace("XLA_FFI_Error *bs_jax_call(", "void *bs_jax_call(")
         options = (f"-I{jax.ffi.include_dir()}", f'-DBS_JAXLIB="{jaxlib.__version__}"')
         module = load(ExtensionSource("jax_calls", _DECLARATIONS, text, {}, options))

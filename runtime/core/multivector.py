@@ -28,6 +28,7 @@ from ..dispatch.multivector_data import Statuses
 from ..dispatch.stock_kernels import StockKernels
 from . import construction, formatting, interning, kind_constraints, linear_maps
 from .arrays import multivector as arrays
+from .attribute_names import DIRECTORY, listed
 from .constructors import Constructors
 from .functions import exponentials, inverses, norms, powers
 from .geometry.parameters import FIELDS
@@ -39,16 +40,6 @@ if TYPE_CHECKING:
     from .symbolic.multivector import SymbolicMultivector
 
 
-#: `dir` of an algebra lists its blades in at most so many dimensions.
-DIRECTORY = 6
-#: Attributes that are for the package itself: `dir` does not list them, and no message suggests them.
-INTERNAL = {
-    "as_motor", "blade_key", "check_listed", "construct", "formulas", "from_data", "full_blade", "has_wide_labels",
-    "intern", "is_diagonal", "item_plans", "label_runs", "layout_of", "motor_parameters", "multivector_class",
-    "named_blades", "named_tuple", "order", "parse_blade", "product", "pseudoscalar_name", "pseudoscalar_sign",
-    "read", "readers", "remember", "result_kind", "rotor_parameters", "scalar_layout", "space", "spatial", "stock",
-    "targets", "translator_parameters", "type_of", "wrap",
-}  # fmt: skip
 #: The representation of motors by matrices on homogeneous coordinates of points.
 HOMOGENEOUS = "homogeneous"
 
@@ -463,14 +454,11 @@ class Algebra(Constructors[Multivector]):
         try:
             return self.basis_blade(name)
         except BladeError as error:
-            near = suggest(name, [known for known in self._listed() if not known.startswith("_")])
+            near = suggest(name, [known for known in listed(super().__dir__()) if not known.startswith("_")])
             raise AttributeError(f"{self.name} has no {name!r}{near}, and it is not a blade: {error}") from None
 
-    def _listed(self) -> list[str]:
-        return [name for name in super().__dir__() if name not in INTERNAL]
-
     def __dir__(self) -> list[str]:
-        return [*self._listed(), *(self.blades.keys() if self.dimension <= DIRECTORY else [])]
+        return [*listed(super().__dir__()), *(self.blades.keys() if self.dimension <= DIRECTORY else [])]
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self._origin:

@@ -1,4 +1,4 @@
-"""`bladesmith report --study mine.py`: studies of users' files, that of the docs among them."""
+"""`bladesmith report`: what it says and keeps, its plots; studies of users' files, that of the docs among them."""
 
 import json
 import re
@@ -7,7 +7,7 @@ import pytest
 
 from bladesmith import benchmarks
 from bladesmith.benchmarks.registry import STUDIES
-from bladesmith.cli import main
+from bladesmith.cli import demo, main
 from bladesmith.codegen.targets.templates import template_text
 from bladesmith.errors import InputError
 
@@ -108,3 +108,89 @@ def test_two_studies_of_one_name(tmp_path):
     assert main.run(["report", *(f"--study={path}" for path in paths), "-o", str(tmp_path)]) == 2
     with pytest.raises(InputError, match=r"no study 'distanc' .*did you mean 'distance'.*mine.py"):
         benchmarks.load_study("distanc")
+
+
+def interrupt(*_):
+    raise KeyboardInterrupt
+
+
+def small_study(name, run=lambda inputs, setting: inputs):
+    import numpy as np
+
+    from bladesmith.benchmarks.harness.study import Case, Method, Study
+
+    case = Case("numbers", lambda rng, count: rng.normal(size=count))
+    return Study(name, name, (Method("itself", run),), (case,), lambda x: x, lambda a, b, _: np.abs(a - b), "units")
+
+
+@pytest.mark.slow
+def test_a_report_says_first_how_long_it_takes_and_keeps_each_study(tmp_path, capsys, monkeypatch):
+    from bladesmith.benchmarks import registry
+    from bladesmith.benchmarks.harness import write
+
+    studies = {"one": small_study("one"), "two": small_study("two", interrupt)}
+    entries = {"one": registry.Entry("one", 40, 4), "two": registry.Entry("two", 200, 20)}
+    monkeypatch.setattr(write, "load_study", studies.__getitem__)
+    monkeypatch.setattr(registry, "STUDIES", entries)
+    assert main.run(["report", "-o", str(tmp_path)]) == main.INTERRUPTED
+    said = capsys.readouterr()
+    first, second = said.out.splitlines()
+    assert first == "2 studies, about 4 min on two cores"
+    assert second.startswith("one: 1 measurements") and second.endswith("1 left, about 3 min")
+    assert f"1 of 2 studies are in {tmp_path / 'index.html'}" in said.err
+    assert list(json.loads((tmp_path / "report.json").read_text())["studies"]) == ["one"]
+    assert (tmp_path / "one.png").exists() and 'src="one.png"' in (tmp_path / "index.html").read_text()
+
+
+def test_an_unknown_study_is_refused_before_any_is_run(tmp_path, capsys):
+    assert main.run(["report", "-o", str(tmp_path / "r"), "--study", "products", "--study", "distanc"]) == 2
+    assert "distance" in capsys.readouterr().err and not (tmp_path / "r").exists()
+
+
+@pytest.mark.slow
+def test_a_report_measures_each_study_once_and_not_where_nothing_can_be_written(tmp_path, capsys, monkeypatch):
+    from bladesmith.benchmarks import registry
+    from bladesmith.benchmarks.harness import write
+
+    measured = []
+    studies = {"one": small_study("one", lambda x, setting: measured.append(1) or x)}
+    monkeypatch.setattr(write, "load_study", studies.__getitem__)
+    monkeypatch.setattr(registry, "load_study", studies.__getitem__)
+    monkeypatch.setattr(registry, "STUDIES", {"one": registry.Entry("one", 40, 4)})
+    (tmp_path / "file").write_text("")
+    assert main.run(["report", "-o", str(tmp_path / "file" / "r"), "--study", "one"]) == 2
+    assert not measured and f"{tmp_path / 'file' / 'r'}: cannot be written: Not a directory" in capsys.readouterr().err
+    assert main.run(["report", "-o", str(tmp_path / "r"), "--study", "one", "--study", "one"]) == 0
+    assert measured and capsys.readouterr().out.startswith("1 study, about ")
+
+
+def test_every_study_says_how_long_it_takes():
+    from bladesmith.benchmarks.harness.runner import duration_text
+    from bladesmith.benchmarks.registry import STUDIES, expected_seconds
+
+    assert set(demo.parts.DEMO_STUDIES) <= set(STUDIES)
+    assert all(0 < entry.quick_seconds <= entry.seconds for entry in STUDIES.values())
+    assert expected_seconds(demo.parts.DEMO_STUDIES, quick=True) < 45
+    assert [duration_text(s) for s in (1, 42, 99, 100, 1790)] == ["5 s", "40 s", "100 s", "2 min", "30 min"]
+
+
+def test_plots_tell_errors_from_losses_and_keep_labels_apart(tmp_path):
+    from bladesmith.benchmarks.harness import plot
+    from bladesmith.benchmarks.harness.runner import Measurement
+    from bladesmith.benchmarks.harness.study import Case, Study
+
+    def row(setting, error, lost, time):
+        return Measurement("m", "n", setting, "c", "ordinary", 10, error, "", lost, "", time, "")
+
+    rows = [row("8", 1e-2, 9, 400.0), row("16", 9e-3, 1, 410.0), row("32", 1e-9, 0, 420.0), row("64", 0.0, 3, 900.0)]
+    study = Study("s", "S", (), (Case("c", lambda rng, n: None),), lambda x: x, lambda a, b, c: a, "units")
+    figure = plot.draw(study, rows)
+    panel = figure.axes[0]
+    crosses = [line for line in panel.lines if line.get_marker() == "x"]
+    assert [line.get_ydata()[0] for line in crosses] == [plot.LOST_HEIGHT]
+    boxes = [text.get_window_extent() for text in panel.texts]
+    frame = panel.get_window_extent()
+    assert [text.get_text() for text in panel.texts] == ["8 (9 lost)", "16 (1 lost)", "32", "64 (3 lost)"]
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+    assert all(frame.x0 <= b.x0 and b.x1 <= frame.x1 and frame.y0 <= b.y0 and b.y1 <= frame.y1 for b in boxes)
+    assert any("lost, no error" in text.get_text() for text in figure.legends[0].get_texts())

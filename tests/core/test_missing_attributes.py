@@ -6,7 +6,7 @@ import pytest
 
 import bladesmith as bs
 from bladesmith import cga3d, objects, pga3d, poses
-from bladesmith.core.multivector import INTERNAL
+from bladesmith.core.attribute_names import INTERNAL
 from bladesmith.errors import GradeError, InputError
 
 

@@ -176,10 +176,10 @@ def step_algorithms(k: Any, closing: ClosingAlgorithms) -> StepAlgorithms:
                 unit = unit_of(joints[j], settings.length)
                 allowed = settings.atol * unit + settings.rtol * max(unit, h * abs(start[n + j]))
             else:
-                unit = unit_of(joints[j - n], settings.length)
+                at = j - n
+                unit = unit_of(joints[at], settings.length)
                 own = max(abs(start[j]), max(abs(end[j]), h * abs(stages[j])))
                 allowed = settings.atol * unit + settings.rtol * max(own, SLOWEST * unit * fastest)
-                at = j - n
                 allowed = max(allowed, h * rounding_of(joint_laws[at], options, end[at], end[j], work[at]))
             first_square += error * error / (allowed * allowed) if error != 0.0 else 0.0
             second_square += other * other / (allowed * allowed) if other != 0.0 else 0.0

@@ -115,9 +115,11 @@ def by_mujoco(inputs: Rods, setting: float) -> Array:
     import mujoco
 
     inner = ""
+    numbers = np.stack([inputs.stiffness, inputs.rest, inputs.damping, MASS, MOMENT], axis=1).tolist()
     for k in (1, 0):
-        law = f"stiffness='{inputs.stiffness[k]!r}' springref='{inputs.rest[k]!r}' damping='{inputs.damping[k]!r}'"
-        inertia = f"mass='{MASS[k]!r}' diaginertia='{MOMENT[k]!r} {MOMENT[k]!r} {MOMENT[k]!r}'"
+        stiffness, rest, damping, mass, moment = numbers[k]
+        law = f"stiffness='{stiffness!r}' springref='{rest!r}' damping='{damping!r}'"
+        inertia = f"mass='{mass!r}' diaginertia='{moment!r} {moment!r} {moment!r}'"
         inner = (
             f"<body pos='0 0 {-k}'><joint type='hinge' axis='0 1 0' {law}/>"
             f"<inertial pos='0 0 -0.5' {inertia}/>{inner}</body>"
@@ -126,7 +128,7 @@ def by_mujoco(inputs: Rods, setting: float) -> Array:
         f"<mujoco><compiler angle='radian'/><option timestep='{setting!r}' integrator='implicit' "
         f"gravity='{' '.join(map(str, GRAVITY))}'/><worldbody>{inner}</worldbody></mujoco>"
     )
-    model = mujoco.MjModel.from_xml_string(text.replace("np.float64(", "").replace(")", ""))
+    model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, round(inputs.duration / setting))
     mujoco.mj_kinematics(model, data)  # positions of the last state, not of the one before
