@@ -10,7 +10,7 @@ import pytest
 import bladesmith as bs
 from bladesmith import errors
 
-from ..support.positions import OFFSET, RADIUS, RANDOM, UNIT, A, B, C, D, N, V
+from ..support.objects.positions import OFFSET, RADIUS, RANDOM, UNIT, A, B, C, D, N, V
 
 # -- parameters come back ----------------------------------------------------------------------------------
 

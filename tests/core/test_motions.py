@@ -8,7 +8,7 @@ import pytest
 import bladesmith as bs
 from bladesmith import errors
 
-from ..support.positions import OFFSET, RADIUS, RANDOM, UNIT, A, B, C, N, V
+from ..support.objects.positions import OFFSET, RADIUS, RANDOM, UNIT, A, B, C, N, V
 from ..support.vectors import rotation_matrix
 
 
