@@ -11,7 +11,7 @@ from ..build.extension import load
 from ..errors import CompileError, CompilerMissingError
 from ..execute.arrays import Binding
 from ..execute.bound_kernels import PLAN_INPUTS, PLAN_OUTPUTS, AddedKernel, BoundKernel, Library
-from ..execute.reductions.sums import BLOCK, LANES
+from ..execute.reductions.sums import BLOCK, LANES, TILE
 from ..targets.c.source import ExtensionSource
 from ..targets.templates import render
 
@@ -33,7 +33,7 @@ class Calls:
         import jax
         import jaxlib
 
-        text = render("jax_calls.c.j2", block=BLOCK, lanes=LANES)
+        text = render("jax_calls.c.j2", block=BLOCK, lanes=LANES, tile=TILE)
         text = text.replace("XLA_FFI_Error *bs_jax_call(", "void *bs_jax_call(")
         options = (f"-I{jax.ffi.include_dir()}", f'-DBS_JAXLIB="{jaxlib.__version__}"')
         module = load(ExtensionSource("jax_calls", _DECLARATIONS, text, {}, options))

@@ -27,10 +27,12 @@ class TimedRanges:
         Items of the first range, and of the longest.
     unit : int
         Ranges begin at multiples of it.
+    shares, least : int
+        A range is such a part of what is left at most, so that threads end together, but it may have ``least`` items.
     """
 
-    def __init__(self, n: int, first: int, most: int, unit: int = 1) -> None:
-        self.n, self.most, self.unit = n, most, unit
+    def __init__(self, n: int, first: int, most: int, unit: int = 1, shares: int = 1, least: int = 1) -> None:
+        self.n, self.most, self.unit, self.shares, self.least = n, most, unit, shares, least
         self.size, self.begin = self._whole(first), 0
 
     def __iter__(self) -> TimedRanges:
@@ -40,7 +42,8 @@ class TimedRanges:
         begin = self.begin
         if begin >= self.n:
             raise StopIteration
-        self.begin = min(begin + self.size, self.n)
+        share = self._whole(max(self.least, -(-(self.n - begin) // self.shares)))
+        self.begin = min(begin + min(self.size, share), self.n)
         return begin, self.begin
 
     def timed(self, items: int, seconds: float) -> None:
@@ -52,13 +55,13 @@ class TimedRanges:
         return max(1, min(items, self.most) // self.unit) * self.unit
 
 
-def run_serially(run: Callable[[int, int], None], n: int, first: int | None = None) -> None:
+def run_serially(run: Callable[[int, int], None], n: int, first: int | None = None, unit: int = 1) -> None:
     """Run items 0 .. n - 1 in this thread, in calls of some 0.1 s, of ``first`` items at first."""
     first = first or FIRST_CHEAP
     if n <= first:
         run(0, n)
         return
-    ranges = TimedRanges(n, first, n)
+    ranges = TimedRanges(n, first, n, unit)
     for begin, end in ranges:
         start = perf_counter()
         run(begin, end)
@@ -68,8 +71,8 @@ def run_serially(run: Callable[[int, int], None], n: int, first: int | None = No
 class Splitter(Protocol):
     """Splits ``run(begin, end)`` over threads; the runtime installs its own."""
 
-    def __call__(self, run: Callable[[int, int], None], n: int, first: int | None = None, /) -> None:
-        """Run items 0 .. n - 1, ``first`` of them in a thread's first call."""
+    def __call__(self, run: Callable[[int, int], None], n: int, first: int | None = None, unit: int = 1, /) -> None:
+        """Run items 0 .. n - 1, ``first`` of them in a thread's first call; calls begin at multiples of ``unit``."""
 
 
 #: None: this thread.
@@ -82,12 +85,13 @@ def install_splitter(new: Splitter | None) -> None:
     splitter = new
 
 
-def parallel_for(run: Callable[[int, int], None], n: int, first: int | None = None) -> None:
+def parallel_for(run: Callable[[int, int], None], n: int, first: int | None = None, unit: int = 1) -> None:
     """Run items 0 .. n - 1: over threads where a splitter is installed, else in this one.
 
-    A call runs as many items as take some 0.1 s, as far as is known, and ``first`` of them before anything is.
+    A call runs as many items as take some 0.1 s, as far as is known, and ``first`` of them before anything is. It
+    begins at a multiple of ``unit``.
     """
     if splitter is None:
-        run_serially(run, n, first)
+        run_serially(run, n, first, unit)
     else:
-        splitter(run, n, first)
+        splitter(run, n, first, unit)

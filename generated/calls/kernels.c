@@ -17,6 +17,7 @@ static const struct { const char *name; int bits, level; } bs_instances[] = {
 #define BS_MOST 65536
 static bs_batch bs_tables[2][BS_MOST];
 static int bs_added;
+static int bs_level; /* of this processor; to ask it takes microseconds on a virtual machine */
 
 const char *bs_source_hash(void) { return BS_SOURCE_HASH; }
 int bs_has(int kernel, int single) { return bs_tables[single][kernel] != NULL; }
@@ -25,6 +26,7 @@ int bs_has(int kernel, int single) { return bs_tables[single][kernel] != NULL; }
 int bs_add_kernel(const void *added)
 {
   const bs_unit *const unit = (const bs_unit *)added;
+  bs_level = bs_cpu_runs(4) ? 4 : bs_cpu_runs(3) ? 3 : 2;
   for (int i = 0; unit && bs_instances[i].name; i++) {
     if (strcmp(bs_instances[i].name, unit->instance) || !bs_cpu_runs(bs_instances[i].level)) continue;
     if (bs_added == BS_MOST) return -2;
@@ -224,20 +226,78 @@ void bs_run_nearest(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrd
   else bs_nearest_double(batch, begin, end, m, index, (double *)least, a, row_a, b, row_b);
 }
 
-/* The next numbers of lanes: each lane has the sum of its numbers, and that of the rounding errors of its additions. */
+/* A number more for lane i: it has the sum of its numbers, and that of the rounding errors of its additions. */
 #define BS_ADD(x) \
     const double sum = sums[i] + (x), part = sum - sums[i]; \
     errors[i] += (sums[i] - (sum - part)) + ((x) - part); \
     sums[i] = sum
-static void bs_add_double(ptrdiff_t n, double *restrict sums, double *restrict errors, const double *restrict values)
+
+/* A tile of numbers, `lanes` in each turn. */
+static void bs_add_double_v2(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
+    const double *restrict values)
 {
-  for (ptrdiff_t i = 0; i < n; i++) { BS_ADD(values[i]); }
+  for (; n > 0; n -= lanes, values += lanes) {
+    const ptrdiff_t count = n < lanes ? n : lanes;
+    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
+  }
 }
 
-static void bs_add_float(ptrdiff_t n, double *restrict sums, double *restrict errors, const float *restrict values)
+/* A tile of numbers, `lanes` in each turn. */
+static void bs_add_float_v2(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
+    const float *restrict values)
 {
-  for (ptrdiff_t i = 0; i < n; i++) { BS_ADD((double)values[i]); }
+  for (; n > 0; n -= lanes, values += lanes) {
+    const ptrdiff_t count = n < lanes ? n : lanes;
+    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
+  }
 }
+
+BS_V3_BEGIN
+/* A tile of numbers, `lanes` in each turn. */
+static void bs_add_double_v3(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
+    const double *restrict values)
+{
+  for (; n > 0; n -= lanes, values += lanes) {
+    const ptrdiff_t count = n < lanes ? n : lanes;
+    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
+  }
+}
+
+/* A tile of numbers, `lanes` in each turn. */
+static void bs_add_float_v3(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
+    const float *restrict values)
+{
+  for (; n > 0; n -= lanes, values += lanes) {
+    const ptrdiff_t count = n < lanes ? n : lanes;
+    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
+  }
+}
+
+BS_V3_END
+BS_V4_BEGIN
+/* A tile of numbers, `lanes` in each turn. */
+static void bs_add_double_v4(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
+    const double *restrict values)
+{
+  for (; n > 0; n -= lanes, values += lanes) {
+    const ptrdiff_t count = n < lanes ? n : lanes;
+    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
+  }
+}
+
+/* A tile of numbers, `lanes` in each turn. */
+static void bs_add_float_v4(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
+    const float *restrict values)
+{
+  for (; n > 0; n -= lanes, values += lanes) {
+    const ptrdiff_t count = n < lanes ? n : lanes;
+    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
+  }
+}
+
+BS_V3_END
+typedef void (*bs_double_adder)(ptrdiff_t, ptrdiff_t, double *restrict, double *restrict, const double *restrict);
+typedef void (*bs_float_adder)(ptrdiff_t, ptrdiff_t, double *restrict, double *restrict, const float *restrict);
 
 /* The sum of `count` rows of numbers, `step` apart, with its errors, in place of the first: halves are added to each other. */
 void bs_fold(ptrdiff_t count, ptrdiff_t size, ptrdiff_t step, double *sums, double *errors)
@@ -262,15 +322,18 @@ unsigned char bs_join(unsigned char code, const unsigned char *codes, ptrdiff_t 
   return code;
 }
 
-/* Sums over the items of blocks [begin, end), of n items in all: a block has `length` items, `width` of which, a power of
- * two, are summed side by side. Of each of `count` results: its size (0 for a status), room for the items of a tile and
- * for lanes (`width` sums of each number, then errors), and where its sums go, for each block the sums and then the
- * errors, or a code; or, where a row of it has bytes, where the rows of all items go, and nothing is summed. */
-void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t n, ptrdiff_t length, ptrdiff_t width,
-    int count, const ptrdiff_t *sizes, const ptrdiff_t *rows, void *const *tiles, void *const *lanes, void *const *sums,
-    int operands, const void *const *ins, const ptrdiff_t *strides)
+/* Sums over the items of blocks [begin, end), of n items in all: a block has `length` items, `width` of which are summed
+ * side by side; `tile` items, a multiple, are computed at once. Of each of `count` results: its size (0 for a status),
+ * room for the items of a tile and for lanes (`width` sums of each number, then errors), and where its sums go, for each
+ * block the sums and then the errors, or a code; or, where a row of it has bytes, where the rows of all items go, and
+ * nothing is summed. */
+void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t n, ptrdiff_t length, ptrdiff_t tile,
+    ptrdiff_t width, int count, const ptrdiff_t *sizes, const ptrdiff_t *rows, void *const *tiles, void *const *lanes,
+    void *const *sums, int operands, const void *const *ins, const ptrdiff_t *strides)
 {
   const ptrdiff_t bytes = single ? sizeof(float) : sizeof(double);
+  const bs_double_adder add_double = bs_level == 4 ? bs_add_double_v4 : bs_level == 3 ? bs_add_double_v3 : bs_add_double_v2;
+  const bs_float_adder add_float = bs_level == 4 ? bs_add_float_v4 : bs_level == 3 ? bs_add_float_v3 : bs_add_float_v2;
   const void *here[16];
   void *outs[8];
   for (ptrdiff_t block = begin; block < end; block++) {
@@ -280,8 +343,8 @@ void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff
       if (sizes[o]) memset(lanes[o], 0, 2 * width * sizes[o] * sizeof(double));
       else ((unsigned char *)sums[o])[block] = 0;
     }
-    for (ptrdiff_t first = block * length; first < last; first += width) {
-      const ptrdiff_t items = last - first > width ? width : last - first;
+    for (ptrdiff_t first = block * length; first < last; first += tile) {
+      const ptrdiff_t items = last - first > tile ? tile : last - first;
       for (int a = 0; a < operands; a++) here[a] = (const char *)ins[a] + first * strides[a] * bytes;
       for (int o = 0; o < count; o++) outs[o] = rows[o] ? (char *)sums[o] + first * rows[o] : tiles[o];
       bs_tables[single][kernel](0, items, outs, here, strides);
@@ -291,8 +354,8 @@ void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff
         double *const lane = (double *)lanes[o];
         unsigned char *const code = (unsigned char *)sums[o] + block;
         if (!size) *code = bs_join(*code, (const unsigned char *)tiles[o], items);
-        else if (single) bs_add_float(items * size, lane, lane + width * size, (const float *)tiles[o]);
-        else bs_add_double(items * size, lane, lane + width * size, (const double *)tiles[o]);
+        else if (single) add_float(items * size, width * size, lane, lane + width * size, (const float *)tiles[o]);
+        else add_double(items * size, width * size, lane, lane + width * size, (const double *)tiles[o]);
       }
     }
     for (int o = 0; o < count; o++) {

@@ -32,6 +32,13 @@ MOST_THREADS = 4096
 #: How often a waiting main thread looks up, in seconds, so that an interrupt is seen at once everywhere.
 POLL = 0.1
 _inside = threading.local()
+#: A pool that no call uses now, by number of threads: to start threads takes longer than many a batch. A process that was
+#: forked has none of them.
+_idle: dict[int, ThreadPoolExecutor] = {}
+#: Pools of more threads are not kept.
+MOST_KEPT = 256
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_idle.clear)
 #: Number of threads that `set_threads` was given; None: all processors.
 _default: int | None = None
 
@@ -165,7 +172,14 @@ def serially(function: Callable[[], T]) -> T:
     return found[0]
 
 
-def split(part: Part, n: int, first: int | None = None, threads: int | None = None, is_whole: bool = False) -> None:
+def split(
+    part: Part,
+    n: int,
+    first: int | None = None,
+    unit: int = 1,
+    threads: int | None = None,
+    is_whole: bool = False,
+) -> None:
     """`run` for loops over cheap items, such as batches of products: few chunks, each worth a thread.
 
     Parameters
@@ -173,6 +187,8 @@ def split(part: Part, n: int, first: int | None = None, threads: int | None = No
     part, n, threads : see `run`
     first : int, optional
         Items of the first range of each thread, where they take long.
+    unit : int
+        Ranges begin at multiples of it.
     is_whole : bool
         Whether all items are one call, as on a GPU.
     """
@@ -184,10 +200,10 @@ def split(part: Part, n: int, first: int | None = None, threads: int | None = No
         def timed(begin: int, end: int) -> None:
             _call(part, begin, end)
 
-        run_serially(timed, n, first)
+        run_serially(timed, n, first, unit)
     else:
-        most = max(GRAIN, -(-n // count))
-        _run_threaded(part, TimedRanges(n, first or FIRST_CHEAP, most), count)
+        least = min(first or 2 * GRAIN, 2 * GRAIN)
+        _run_threaded(part, TimedRanges(n, first or FIRST_CHEAP, n, unit, count, least), count)
 
 
 def _run_serial(part: Part, ranges: TimedRanges, progress: Callable[[int], None] | None) -> None:
@@ -206,10 +222,9 @@ def _run_threaded(
     stop: Callable[[], None] | None = None,
 ) -> None:
     """Two chunks for each thread, one running and one waiting; the rest stays here and can be dropped."""
-    pool = ThreadPoolExecutor(threads, thread_name_prefix="bladesmith")
     pending: dict[Future[float], int] = {}
     finished = 0
-    with deferred_interrupts() as tell, _shut_down_at_end(pool, stop):
+    with deferred_interrupts() as tell, _pool(threads, stop) as pool:
         while True:
             tell()
             while len(pending) < 2 * threads and (piece := next(ranges, None)) is not None:
@@ -226,16 +241,18 @@ def _run_threaded(
 
 
 @contextmanager
-def _shut_down_at_end(pool: ThreadPoolExecutor, stop: Callable[[], None] | None = None) -> Iterator[None]:
-    """Wait for what runs in a pool at the end of the block, and drop the rest."""
+def _pool(threads: int, stop: Callable[[], None] | None = None) -> Iterator[ThreadPoolExecutor]:
+    """A pool of threads, an idle one where there is; what fails waits for what runs in it, and drops the rest."""
+    pool = _idle.pop(threads, None) or ThreadPoolExecutor(threads, thread_name_prefix="bladesmith")
     try:
-        yield
+        yield pool
     except BaseException:
         if stop is not None:
             stop()
-        raise
-    finally:
         pool.shutdown(wait=True, cancel_futures=True)
+        raise
+    if threads > MOST_KEPT or _idle.setdefault(threads, pool) is not pool:
+        pool.shutdown()
 
 
 def _call(part: Part, begin: int, end: int) -> float:

@@ -19,10 +19,10 @@ from ..arrays import Array, Binding
 from ..bound_kernels import PLAN_INPUTS, PLAN_OUTPUTS, BoundKernel
 from ..ranges import parallel_for
 
-#: Items of a block, and of a lane's turn: a power of two.
-BLOCK, LANES = 1 << 14, 1 << 7
-#: Blocks that a thread takes first.
-FIRST_BLOCKS = 4
+#: Items of a block, those that are computed at once, and those that are added side by side: powers of two.
+BLOCK, TILE, LANES = 1 << 14, 1 << 7, 1 << 4
+#: Items that a thread takes first.
+FIRST = 4 * BLOCK
 Part = Callable[[int, int], None]
 
 
@@ -65,7 +65,8 @@ def run_sums(
         kernel.run(prepared, sums, n)
     elif n:
         make = _compiled if _is_compiled(kernel, dtype) else _written
-        parallel_for(make(kernel, prepared, n, sums, is_summed), blocks, FIRST_BLOCKS)
+        part = make(kernel, prepared, n, sums, is_summed)
+        parallel_for(lambda begin, end: part(begin // BLOCK, -(-end // BLOCK)), n, FIRST, BLOCK)
     results = [
         s if not summed else _first_code(s) if o.is_status else _rounded(_total(s), dtype)
         for s, o, summed in zip(sums, kernel.outputs, is_summed, strict=True)
@@ -114,12 +115,12 @@ def _compiled(kernel: Any, arrays: Sequence[Array], n: int, sums: Sequence[Array
     rows = ffi.new("ptrdiff_t[]", widths)
 
     def part(begin: int, end: int) -> None:
-        tiles = [np.empty(LANES * s, dtype) if s else np.empty(LANES, np.uint8) for s in sizes]
+        tiles = [np.empty(TILE * s, dtype) if s else np.empty(TILE, np.uint8) for s in sizes]
         lanes = [np.empty(2 * LANES * s) for s in sizes]
         rooms = [ffi.new("void *[]", [ffi.from_buffer(a) for a in several]) for several in (tiles, lanes)]
         run(
-            kernel.index, int(dtype == np.float32), begin, end, n, BLOCK, LANES, len(sizes), counts, rows, *rooms,
-            pointers[0], len(arrays), pointers[1], strides,
+            kernel.index, int(dtype == np.float32), begin, end, n, BLOCK, TILE, LANES, len(sizes), counts, rows,
+            *rooms, pointers[0], len(arrays), pointers[1], strides,
         )  # fmt: skip
 
     return part

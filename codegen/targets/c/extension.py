@@ -29,9 +29,9 @@ __all__ = [
 _ADDED = """int bs_add_kernel(const void *unit);
 void bs_fold(ptrdiff_t count, ptrdiff_t size, ptrdiff_t step, double *sums, double *errors);
 unsigned char bs_join(unsigned char code, const unsigned char *codes, ptrdiff_t n);
-void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t n, ptrdiff_t length, ptrdiff_t width,
-    int count, const ptrdiff_t *sizes, const ptrdiff_t *rows, void *const *tiles, void *const *lanes, void *const *sums,
-    int operands, const void *const *ins, const ptrdiff_t *strides);
+void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t n, ptrdiff_t length, ptrdiff_t tile,
+    ptrdiff_t width, int count, const ptrdiff_t *sizes, const ptrdiff_t *rows, void *const *tiles, void *const *lanes,
+    void *const *sums, int operands, const void *const *ins, const ptrdiff_t *strides);
 typedef struct {
   void *loop; int shared; ptrdiff_t size; void *arrays[14]; const ptrdiff_t *strides, *counts;
 } bs_row_call;

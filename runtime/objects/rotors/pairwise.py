@@ -59,7 +59,7 @@ def over_rows(m: int, threads: int | None = None) -> Splitter:
     count = parallel.thread_count(threads)
     least, most = (max(1, pairs // max(m, 1)) for pairs in (parallel.GRAIN, MOST_PAIRS))
 
-    def split(part: parallel.Part, n: int, first: int | None = None) -> None:
+    def split(part: parallel.Part, n: int, first: int | None = None, unit: int = 1) -> None:
         if n < 2 * least:
             part(0, n)
         elif count == 1:
