@@ -32,8 +32,8 @@ MOST_THREADS = 4096
 #: How often a waiting main thread looks up, in seconds, so that an interrupt is seen at once everywhere.
 POLL = 0.1
 _inside = threading.local()
-#: A pool that no call uses now, by number of threads: to start threads takes longer than many a batch. A process that was
-#: forked has none of them.
+#: A pool that no call uses now, by number of threads: to start threads takes longer than many a batch does. A process
+#: that was forked has none.
 _idle: dict[int, ThreadPoolExecutor] = {}
 #: Pools of more threads are not kept.
 MOST_KEPT = 256

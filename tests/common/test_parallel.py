@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 import time
@@ -12,6 +13,7 @@ import pytest
 import bladesmith
 from bladesmith import cga3d
 from bladesmith.codegen.execute import ranges
+from bladesmith.codegen.execute.ranges import TimedRanges
 from bladesmith.common import parallel
 from bladesmith.errors import InputError
 
@@ -129,6 +131,49 @@ def test_cheap_items_come_in_large_chunks(n, monkeypatch):
     found = []
     parallel.split(lambda begin, end: found.append((begin, end)), n)
     assert sum(end - begin for begin, end in found) == n and len(found) <= 3
+
+
+def test_threads_end_together():
+    ranges, left = TimedRanges(100, first=40, most=100, unit=10, shares=2, least=20), []
+    for begin, end in ranges:
+        assert begin % 10 == 0
+        left.append(end - begin)
+    assert left == [40, 30, 20, 10]
+
+
+def threads_of(count):
+    found = set()
+    meeting = threading.Barrier(count, timeout=20)
+
+    def part(begin, end):
+        found.add(threading.get_ident())
+        meeting.wait()
+
+    parallel.run(part, count, count, chunk=1)
+    return found
+
+
+def test_threads_stay_for_the_next_call_unless_one_fails():
+    assert threads_of(3) == threads_of(3)
+
+    def fail(begin, end):
+        raise RuntimeError
+
+    before = threads_of(3)
+    with pytest.raises(RuntimeError):
+        parallel.run(fail, 3, 3, chunk=1)
+    assert not {t.ident for t in threading.enumerate()} & before
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_forked_process_starts_threads_of_its_own():
+    threads_of(2)
+    child = os.fork()
+    if not child:
+        signal.alarm(20)
+        os._exit(0 if len(threads_of(2)) == 2 else 1)
+    assert os.waitpid(child, 0)[1] == 0
 
 
 @pytest.fixture

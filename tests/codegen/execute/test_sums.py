@@ -10,6 +10,7 @@ import bladesmith as bs
 from bladesmith import Status, cga3d, codegen
 from bladesmith.codegen.execute.reductions.sums import BLOCK, LANES, sum_items
 from bladesmith.codegen.trace.outputs import status
+from bladesmith.common import parallel
 from bladesmith.errors import InputError, TraceError
 
 UNIT = 2.0**-53
@@ -106,14 +107,22 @@ def test_targets_give_the_same_bits(target):
     assert np.array_equal(total.on(target)(x[:0], t[:0]), np.zeros(10))
 
 
-def test_threads_give_the_same_bits():
+def test_threads_give_the_same_bits(monkeypatch):
     x, t = cancelling(40 * BLOCK + 1, 9)
     alone = total(x, t)
+    shared, run_threaded = [], parallel._run_threaded
+
+    def noted(part, ranges, *rest):
+        shared.append(ranges.n)
+        run_threaded(lambda begin, end: begin % BLOCK or part(begin, end), ranges, *rest)
+
+    monkeypatch.setattr(parallel, "_run_threaded", noted)
     bs.set_threads(2)
     try:
         assert np.array_equal(total(x, t), alone)
     finally:
         bs.set_threads(1)
+    assert shared == [len(x)]  # not blocks, which would be too few to be shared
 
 
 def test_numbers_that_are_not_finite():

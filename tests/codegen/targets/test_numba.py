@@ -125,7 +125,7 @@ def test_ranges_may_be_shared_out(splitter: list[tuple[int, int]]) -> None:
 def splitter() -> Iterator[list[tuple[int, int]]]:
     parts: list[tuple[int, int]] = []
 
-    def split(run: Callable[[int, int], None], n: int, first: int | None = None) -> None:
+    def split(run: Callable[[int, int], None], n: int, first: int | None = None, unit: int = 1) -> None:
         edges = [0, n // 3, n // 2, n]
         for begin, end in zip(edges, edges[1:], strict=False):
             parts.append((begin, end))
