@@ -181,8 +181,11 @@ def step_algorithms(k: Any, closing: ClosingAlgorithms) -> StepAlgorithms:
                 own = max(abs(start[j]), max(abs(end[j]), h * abs(stages[j])))
                 allowed = settings.atol * unit + settings.rtol * max(own, SLOWEST * unit * fastest)
                 allowed = max(allowed, h * rounding_of(joint_laws[at], options, end[at], end[j], work[at]))
-            first_square += error * error / (allowed * allowed) if error != 0.0 else 0.0
-            second_square += other * other / (allowed * allowed) if other != 0.0 else 0.0
+            # not a quotient of squares: those of the least speeds are zero
+            error = error / allowed if error != 0.0 else 0.0
+            other = other / allowed if other != 0.0 else 0.0
+            first_square += error * error
+            second_square += other * other
         both = first_square + 0.01 * second_square
         result = 0.0
         if both > 0.0:

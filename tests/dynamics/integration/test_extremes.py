@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from bladesmith import cga3d as cga
-from bladesmith import dynamics
+from bladesmith import dynamics, kinematics
 from bladesmith import pga3d as pga
 from bladesmith.dispatch.formulas import ArrayOperand, evaluate
 
@@ -269,3 +269,22 @@ def test_what_turning_takes_at_the_centre_of_mass(algebra):
     rows = [evaluate(algebra, f"mechanics.{f}", twist, given).value for f in ("gyroscopic", "central_gyroscopic")]
     np.testing.assert_allclose(rows[1], rows[0], atol=1e-13)
     assert np.abs(rows[1]).max() > 0.1
+
+
+# -- the least motions -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.compiles
+@pytest.mark.parametrize("speed", [1e-100, 1e-160, 1e-170, 1e-300])
+def test_motions_of_any_size_are_as_exact(speed):
+    """Ten swings of a body on a spring, and of a joint with one: errors' squares are zero, errors are not."""
+    own, duration = np.sqrt(40.0), 10.0
+    body = dynamics.RigidBody(1.0, (1, 1, 1), velocity=(speed, 0, 0))
+    pull = dynamics.Spring((0, 0, 0), (0, 0, 0), 40.0)
+    run = dynamics.Simulation(body, pull, integrator="adaptive").run(duration, times=[duration])
+    assert run.position[-1][0] / speed == pytest.approx(np.sin(own * duration) / own, rel=1e-9)
+    wheel = dynamics.RigidBody(1.0, (1, 1, 1), angular_velocity=(0, speed, 0))
+    hinge = kinematics.Revolute("base", "wheel", point=(0, 0, 0), axis=(0, 1, 0))
+    system = dynamics.System({"wheel": wheel}, hinge, joint_names=["hinge"])
+    run = dynamics.Simulation(system, dynamics.JointSpring("hinge", 40.0), integrator="adaptive").run(duration)
+    assert run.rates("hinge")[-1] / speed == pytest.approx(np.cos(own * duration), rel=1e-9)

@@ -74,19 +74,19 @@ def adaptive_algorithms(parts: Parts, k: Any, charts: ChartAlgorithms, scales: E
         """Add squares of two error estimates of one group, in units of what is allowed."""
         first = p.all_stages * p.all_stages + p.all_stages + p.stages
         second = first + p.stages + 1
-        error = 0.0
-        other = 0.0
         for j in places:
-            total = 0.0
+            error = 0.0
+            other = 0.0
             for i in range(p.stages + 1):
-                total += scheme[first + i] * stages[i, at + apart * j]
-            error += total * total
-            total = 0.0
-            for i in range(p.stages + 1):
-                total += scheme[second + i] * stages[i, at + apart * j]
-            other += total * total
-        squares[0] += error / (allowed * allowed) if error > 0.0 else 0.0
-        squares[1] += other / (allowed * allowed) if other > 0.0 else 0.0
+                error += scheme[first + i] * stages[i, at + apart * j]
+                other += scheme[second + i] * stages[i, at + apart * j]
+            # not a quotient of squares: those of the least speeds are zero
+            if abs(error) > 0.0:
+                error = error / allowed
+                squares[0] += error * error
+            if abs(other) > 0.0:
+                other = other / allowed
+                squares[1] += other * other
 
     @algorithm
     def measure(

@@ -16,6 +16,8 @@ OK = int(Code.OK)
 BLURS = 16.0
 #: Of the step that an error allows, the part that is taken; changes of the step, at least and at most.
 SAFETY, LEAST_CHANGE, MOST_CHANGE = 0.9, 0.2, 10.0
+#: Below it sums of squares are not used: those of less than its square lose digits.
+LEAST_ROOT = 1e-140
 #: A step that is so much shorter than what is left is not the last one.
 ALMOST = 1.0 + 1e-9
 #: Roundings of the time that a step takes, at least.
@@ -94,7 +96,18 @@ def error_scales(parts: Parts, charts: ChartAlgorithms, radius_of_gyration: Any)
             own += start[i] * start[i]
             later += end[i] * end[i]
             change += h * h * slopes[i] * slopes[i]
-        return sqrt(max(own, max(later, change)))
+        result = sqrt(max(own, max(later, change)))
+        if result < LEAST_ROOT:  # squares of less are zero, or lose digits
+            own = 0.0
+            later = 0.0
+            change = 0.0
+            for j in places:
+                i = at + apart * j
+                own = max(own, abs(start[i]))
+                later = max(later, abs(end[i]))
+                change = max(change, h * abs(slopes[i]))
+            result = max(own, max(later, change))
+        return result
 
     @inlined
     def scale_of_state(
