@@ -53,16 +53,15 @@ class DifferentiableKernel(CompiledKernel):
             Cotangents are coefficients beside coefficients, in the kinds' order: the change of the paired sum when a
             coefficient changes, the others kept, whatever a kind's constraints say. NaN where there is no value.
         """
+        if len(inputs) != len(self.kinds):
+            raise InputError(f"{self.name} takes {len(self.kinds)} arguments ({', '.join(self.arguments)}).")
         return partial(self._pulled_back, inputs)
 
     def _pulled_back(self, inputs: Sequence[Any], *cotangents: Any) -> tuple[Any, ...]:
         pullback, count = self.pullback(), len(self.kinds)
         wanted = len(pullback.kinds) - count
-        if len(inputs) != count or len(cotangents) != wanted:
-            raise InputError(
-                f"{self.name} takes {count} arguments ({', '.join(self.arguments)}), and its reverse derivative "
-                f"{wanted} cotangents, one of each value."
-            )
+        if len(cotangents) != wanted:
+            raise InputError(f"the reverse derivative of {self.name} takes {wanted} cotangents, one of each value.")
         single = all(getattr(x, "dtype", None) == np.float32 for x in inputs)
         given = [np.float32(c) if single and isinstance(c, int | float) else c for c in cotangents]
         arrays, owner = pullback._arrays((*inputs, *given))

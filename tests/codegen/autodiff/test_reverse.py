@@ -150,7 +150,7 @@ def test_slopes_of_the_last_stumpff_functions_are_refused() -> None:
 def test_wrong_calls_are_refused() -> None:
     kernel = codegen.kernel(codegen.scalar, codegen.scalar, algebra=cga, name="f")(lambda a, b: a * b)
     with pytest.raises(InputError, match="2 arguments"):
-        kernel.vjp(1.0)(np.ones(1))
+        kernel.vjp(1.0)
     with pytest.raises(InputError, match="1 cotangents"):
         kernel.vjp(1.0, 2.0)()
     with pytest.raises(ShapeError, match=r"^f: the cotangent of the result has shape \(3,\)\. Give \(1,\), the "):
