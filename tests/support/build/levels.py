@@ -48,6 +48,8 @@ def compiler_at(level: str) -> str | None:
     if found is None or os.name != "posix":
         return None
     script = Path(TEST_CACHE, "compilers", f"cc{level}")
+    if str(script) in found.command:  # it is in use, and must not call itself
+        return str(script)
     script.parent.mkdir(parents=True, exist_ok=True)
     part = script.with_name(f"{script.name}.{os.getpid()}")
     part.write_text(SCRIPT.format(command=shlex.join(found.command), level=level))
