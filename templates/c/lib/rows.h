@@ -39,6 +39,7 @@ BS_INLINE void FN(store_tail)(S *dst, const V *src, int k, int rows)
 #define BS_BLOCK (128 / BS_BITS)
 #define BS_PIECES (BS_BYTES / 16)
 #define BS_SQUARE (BS_BITS == 64 && BS_BYTES >= 32)
+#define BS_THREES (BS_BITS == 32 || BS_BYTES == 32) /* rows of three numbers have a way of their own */
 
 #if BS_BYTES >= 32
 typedef S FN(half) __attribute__((vector_size(16)));
@@ -392,6 +393,27 @@ BS_INLINE void FN(store_threes)(S *dst, const V *src)
 }
 #endif
 
+#if BS_THREES && BS_BITS == 64
+/* Three numbers a row: four rows are three vectors. */
+BS_INLINE void FN(load_threes)(V *dst, const S *src)
+{
+  const V a = (V)(*(const FN(loose_vector) *)src), b = (V)(*(const FN(loose_vector) *)(src + W));
+  const V c = (V)(*(const FN(loose_vector) *)(src + 2 * W));
+  const V of_01 = BS_SHUFFLE(a, b, 0, 1, 6, 7), of_20 = BS_SHUFFLE(a, c, 2, 3, 4, 5), of_12 = BS_SHUFFLE(b, c, 0, 1, 6, 7);
+  dst[0] = BS_SHUFFLE(of_01, of_20, 0, 5, 2, 7);
+  dst[1] = BS_SHUFFLE(of_01, of_12, 1, 4, 3, 6);
+  dst[2] = BS_SHUFFLE(of_20, of_12, 0, 5, 2, 7);
+}
+
+BS_INLINE void FN(store_threes)(S *dst, const V *src)
+{
+  const V of_01 = BS_LOW(src[0], src[1]), of_20 = BS_SHUFFLE(src[2], src[0], 0, 5, 2, 7), of_12 = BS_HIGH(src[1], src[2]);
+  *(FN(loose_vector) *)dst = (FN(loose_vector))BS_LOW_OF_FOUR(of_01, of_20);
+  *(FN(loose_vector) *)(dst + W) = (FN(loose_vector))BS_SHUFFLE(of_12, of_01, 0, 1, 6, 7);
+  *(FN(loose_vector) *)(dst + 2 * W) = (FN(loose_vector))BS_HIGH_OF_FOUR(of_20, of_12);
+}
+#endif
+
 BS_INLINE void FN(load_rows)(V *dst, const S *src, int k)
 {
   if (k == 1) {
@@ -403,6 +425,8 @@ BS_INLINE void FN(load_rows)(V *dst, const S *src, int k)
     FN(load_twos)(dst, src);
     return;
   }
+#endif
+#if BS_THREES
   if (k == 3) {
     FN(load_threes)(dst, src);
     return;
@@ -425,6 +449,8 @@ BS_INLINE void FN(store_rows)(S *dst, const V *src, int k)
     FN(store_twos)(dst, src);
     return;
   }
+#endif
+#if BS_THREES
   if (k == 3) {
     FN(store_threes)(dst, src);
     return;
@@ -454,6 +480,7 @@ BS_INLINE void FN(store_tail)(S *dst, const V *src, int k, int rows)
 
 #undef BS_BLOCK
 #undef BS_SQUARE
+#undef BS_THREES
 #undef BS_PIECES
 #undef BS_LOW_OF_FOUR
 #undef BS_HIGH_OF_FOUR
