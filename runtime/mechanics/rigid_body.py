@@ -79,6 +79,12 @@ class RigidBody:
         if len(self.shape) > 1:
             raise ShapeError(f"bodies have shape {self.shape}; one, or a batch (n,), is meant.")
 
+    def __repr__(self) -> str:
+        if self.shape:
+            return f"<RigidBody: {self.shape[0]} bodies in {self.algebra.name}>"
+        moments, place = (", ".join(f"{x + 0.0:.6g}" for x in row) for row in (self.moments, self.position))
+        return f"<RigidBody: mass {self.mass:.6g}, moments ({moments}), at ({place}), {self.algebra.name}>"
+
     def _pose(self, position: Any, orientation: Any) -> Multivector:
         position = vectors(position, "position")
         if isinstance(orientation, Multivector):

@@ -49,6 +49,8 @@ def test_solids_against_trimesh_and_in_motion(algebra: Any) -> None:
     per_mass = shape.moment_inertia / shape.volume
     assert np.allclose(q.center, shape.center_mass, atol=1e-12) and np.allclose(q.tensor, 4 * per_mass, atol=1e-10)
     assert q.mass == 4 and "mass 4" in repr(q)
+    assert repr(dynamics.RigidBody(4, (1, 2, 2.5))) == "<RigidBody: mass 4, moments (1, 2, 2.5), at (0, 0, 0), cga3d>"
+    assert repr(dynamics.RigidBody([4, 5], (1, 2, 2.5))) == "<RigidBody: 2 bodies in cga3d>"
     outer, inner = CUBE * 4 - 2, CUBE * 2 - 1
     shell = dynamics.mass_properties((np.concatenate([outer, inner]), np.concatenate([SIDES, SIDES[:, ::-1] + 8])))
     assert np.isclose(shell.mass, 56) and np.allclose(shell.tensor, np.eye(3) * (64 * 32 - 8 * 8) / 12)

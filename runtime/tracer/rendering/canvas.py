@@ -33,6 +33,10 @@ class PartialPicture:
         self._layers, self.done = layers, done
         self._is_filled = False
 
+    def __repr__(self) -> str:
+        height, width = self.done.shape
+        return f"<PartialPicture: {width} x {height} pixels, {self.done.mean():.1%} rendered>"
+
     @property
     def layers(self) -> dict[str, Array]:
         """Arrays as from `Scene.layers`; NaN, or -1 in ``cost``, where nothing was rendered."""

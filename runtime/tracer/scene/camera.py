@@ -43,6 +43,8 @@ class Camera(Immutable):
         Height of the image plane.
     """
 
+    _shown = ("position", "focal_length", "y_max")
+
     def __init__(self, motor: Any, focal_length: float, x_max: float | None, y_max: float) -> None:
         self.motor = _motor_row(motor)
         displacement = _motor(self.motor)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+import numpy as np
+
 from ...errors import SceneError
 
 
@@ -17,6 +19,8 @@ class Immutable:
     _replacement_hint: ClassVar[str] = "Make a new one"
     #: Attributes that no driver holds, and that may be changed.
     _mutable_fields: ClassVar[tuple[str, ...]] = ()
+    #: Attributes that its text shows: numbers, rows of them, or others.
+    _shown: ClassVar[tuple[str, ...]] = ()
     _frozen: bool = False
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -24,3 +28,12 @@ class Immutable:
             what = f"{type(self).__name__}.{name} cannot be changed after construction."
             raise SceneError(what, remedy=self._replacement_hint)
         super().__setattr__(name, value)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{name}={_text(getattr(self, name))}' for name in self._shown)})"
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"({', '.join(f'{x + 0.0:.6g}' for x in value)})"
+    return f"{value + 0.0:.6g}" if isinstance(value, float) else repr(value)

@@ -20,6 +20,8 @@ class Light(Immutable):
         Linear red, green, blue; above 1 is brighter than white.
     """
 
+    _shown = ("position", "color")
+
     def __init__(self, position: Any, color: Any = (1.0, 1.0, 1.0)) -> None:
         self.position = values.finite(position, "light.position", 3)
         self.color = values.color(color, "light.color")

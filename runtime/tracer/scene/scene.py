@@ -88,6 +88,9 @@ class Scene(Immutable):
         self._rows: SurfaceTables | None = None
         self._frozen = True
 
+    def __repr__(self) -> str:
+        return f"<Scene: {len(self.surfaces)} surfaces, {len(self.lights)} lights, {self.camera!r}>"
+
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
         """Read a scene file (:doc:`/geometry/scenes`).

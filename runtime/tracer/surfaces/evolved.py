@@ -69,6 +69,7 @@ class EvolvedSurface(Surface):
     """
 
     swept: ClassVar[str]
+    _shown = ("curve",)
 
     def __init__(self, curve: Any, *, align: bool = False, gaps: bool = False, material: Any = None) -> None:
         flip = values.flag(align, "align")

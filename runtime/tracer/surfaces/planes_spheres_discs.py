@@ -41,7 +41,7 @@ class Plane(Flat):
     """The plane normal . x = offset, or a plane of the algebra."""
 
     kind = "plane"
-    _measures = ("normal", "offset")
+    _measures = _shown = ("normal", "offset")
 
     def __init__(self, normal: Any, offset: float | None = None, *, material: Any = None) -> None:
         coefficients = object_parameters.coefficients(normal, "plane") if offset is None else None
@@ -72,7 +72,7 @@ class Sphere(Flat):
 
     kind = "sphere"
     center: Array
-    _measures = ("center", "radius")
+    _measures = _shown = ("center", "radius")
 
     def __init__(self, center: Any, radius: float | None = None, *, material: Any = None) -> None:
         if radius is None:
@@ -101,7 +101,7 @@ class Disc(Flat):
     """
 
     kind = "disc"
-    _measures = ("center", "normal", "radius")
+    _measures = _shown = ("center", "normal", "radius")
 
     def __init__(self, center: Any, normal: Any = None, radius: float | None = None, *, material: Any = None) -> None:
         value = center if normal is None and radius is None else (center, normal, radius)

@@ -75,6 +75,9 @@ class Facets(Surface):
         """Number of triangles."""
         return len(self.faces)
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {len(self.vertices)} vertices, {len(self)} triangles>"
+
 
 class Mesh(Facets):
     """Triangles of an .obj, .ply, .stl or .glb file, read with `trimesh` (extra ``mesh``).

@@ -60,3 +60,20 @@ def test_one_surface_with_several_looks_in_several_scenes():
     assert hit.any() and (pictures[0][hit] == (1, 0, 0)).all() and (pictures[1][hit] == (0, 0, 1)).all()
     with pytest.raises(SceneError, match="planes and discs"):
         tube.with_material({"checker": (0, 0, 0)})
+
+
+def test_texts_say_what_things_are() -> None:
+    camera = tracer.Camera.look_at((0, -8, 2), (0, 0, 0.5))
+    plane = tracer.Plane((0, 0, 2), -0.0)
+    tube = tracer.EvolvedPointPairs([((0, 0, 0), (0, 0, 1)), ((1, 0, 0), (1, 0, 1))])
+    facets = tracer.Facets([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    texts = {
+        "Camera(position=(0, -8, 2), focal_length=1, y_max=0.828427)": camera,
+        "Light(position=(4, -6, 8), color=(1, 1, 1))": tracer.Light((4, -6, 8)),
+        "Plane(normal=(0, 0, 1), offset=0)": plane,
+        "Sphere(center=(1, 0, 0), radius=0.333333)": tracer.Sphere((1, 0, 0), 1 / 3),
+        "EvolvedPointPairs(curve=<Bezier of 2 point_pairs, degree 1, on [0, 1]>)": tube,
+        "<Facets: 3 vertices, 1 triangles>": facets,
+        f"<Scene: 2 surfaces, 0 lights, {camera!r}>": tracer.Scene(camera, [], [plane, facets]),
+    }
+    assert {repr(x): x for x in texts.values()} == texts
