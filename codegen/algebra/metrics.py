@@ -50,9 +50,9 @@ def _from_float(value: float, what: str) -> Fraction:
     fraction = Fraction(value)
     if fraction.denominator > LARGEST_BINARY:
         near = fraction.limit_denominator(1000)
+        example = f"'{near}' or Fraction({near.numerator}, {near.denominator})" if near else "'p/q' or Fraction(p, q)"
         raise SignatureError(
-            f"{what} is {value!r}, which is rounded; metrics are exact.",
-            remedy=f"Write a fraction: '{near}' or Fraction({near.numerator}, {near.denominator})",
+            f"{what} is {value!r}, which is rounded; metrics are exact.", remedy=f"Write a fraction: {example}"
         )
     return fraction
 

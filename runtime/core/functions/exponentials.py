@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.algebra.algebra import Kind
+from ...codegen.algebra.multivector import Multivector as FormulaMultivector
 from ...codegen.errors import GradeError, NotARotorError
 from ...codegen.trace import result_kinds
 from ...common.dtypes import F32, F64
@@ -60,9 +61,18 @@ def _exp_formula(x: Operators) -> str:
     from ...codegen.formulas.products import exponentials, invariant
 
     b = result_kinds.member(x.kind.layout, 0)
-    if exponentials.is_motion(b) or not (b * b).grade(4).terms:
+    q = (b * b).grade(4)
+    if not q.terms or (not _has_scalar_square(q) and exponentials.is_motion(b)):
         return "exponentials.exp_bivector"
     return "invariant.exp_bivector" if invariant.decomposes(b) else ""
+
+
+def _has_scalar_square(q: FormulaMultivector) -> bool:
+    """Whether q^2 is seen not to vanish by its scalar part, where q^2 itself may have millions of products."""
+    if not q.algebra.is_diagonal:
+        return False
+    squares = [(q.ring.multiply(x, x), w) for k, x in q.terms.items() for _, w in q.algebra.product(k, k)]
+    return bool(q.new({0: q.ring.combine(squares)}).terms)
 
 
 def _exp_series(x: P) -> P:

@@ -60,6 +60,7 @@ def test_names_of_vectors() -> None:
     ("given", "message"),
     [
         ({"metric": [[0.1]]}, r"entry \(0, 0\) of the metric is 0\.1, which is rounded.*'1/10'"),
+        ({"metric": [[1e-300]]}, "1e-300, which is rounded.*'p/q'"),
         ({"metric": [[1, 2], [3, 4]]}, "not symmetric: entry"),
         ({"metric": [[1, 2]]}, "not square: 1 rows, of 2"),
         ({"metric": [[float("nan")]]}, "is nan"),
@@ -134,6 +135,16 @@ def test_powers_of_many_vectors_are_refused_at_once(algebra: Any) -> None:
             call()
     few = algebra.vector({"e1": 3.0, "e2": 4.0})
     assert (few * few.inverse()).isclose(1.0) and (few**-1).isclose(few / 25)
-    assert (0.5 * algebra.basis_blade("e12" if algebra is bs.qcga else "e1_2")).exp().isclose(
-        np.cos(0.5) + np.sin(0.5) * algebra.basis_blade("e12" if algebra is bs.qcga else "e1_2")
+    assert (
+        (0.5 * algebra.basis_blade("e12" if algebra is bs.qcga else "e1_2"))
+        .exp()
+        .isclose(np.cos(0.5) + np.sin(0.5) * algebra.basis_blade("e12" if algebra is bs.qcga else "e1_2"))
     )
+
+
+def test_exponentials_of_many_vectors_are_refused_before_products_of_thousands_of_blades() -> None:
+    with pytest.raises(bs.errors.SignatureError, match="goes to 12"):
+        bs.algebra(18).bivector(np.ones(153)).exp()  # the square of B^2 has 9 million products
+    space = bs.algebra(13, 0, 1)
+    motor = (space.e1 * space.e2 + space.e0 * space.vector(np.ones(14))).exp()
+    assert (motor * ~motor).isclose(1.0)
