@@ -17,7 +17,7 @@ import numpy as np
 from jax.extend.core import Primitive
 from jax.interpreters import ad, batching, mlir
 
-from ..errors import InputError
+from ..errors import InputError, one_line
 from ..execute.arrays import broadcast_leads
 from ..status import Status
 from .calls import Call, call_of, positional, rows_of, run, shaped, shapes, tables
@@ -189,7 +189,10 @@ def _operands(kernel: Any, given: Sequence[Any]) -> tuple[list[Any], tuple[int, 
 
 def floating_array(value: Any, name: str) -> Any:
     """A JAX array of float32 or float64: integers and numbers of Python become floats."""
-    array = jnp.asarray(value)
+    try:
+        array = jnp.asarray(value)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is no array of numbers: {one_line(value)}.") from error
     if array.dtype in (jnp.float32, jnp.float64):
         return array
     if jnp.issubdtype(array.dtype, jnp.integer):

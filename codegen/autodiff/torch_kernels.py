@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from ..errors import InputError
+from ..errors import InputError, one_line
 from ..execute.arrays import broadcast_leads
 from .calls import Call, call_of, items, positional, rows_of, run, shaped, shapes, tables
 
@@ -92,7 +92,12 @@ def torch_function(kernel: Any) -> Callable[..., Any]:
 
 def floating_tensor(value: Any, name: str) -> torch.Tensor:
     """A tensor of float32 or float64 on the host."""
-    tensor = value if isinstance(value, torch.Tensor) else torch.from_numpy(np.require(value, requirements=("C", "W")))
+    try:
+        tensor = (
+            value if isinstance(value, torch.Tensor) else torch.from_numpy(np.require(value, requirements=("C", "W")))
+        )
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is no array of numbers: {one_line(value)}.") from error
     if tensor.device.type != "cpu":
         what = f"{name} is on {tensor.device}, and kernels are called on the CPU"
         raise InputError(what, remedy="Move it: x.cpu()")

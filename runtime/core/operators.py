@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.algebra.multivector import Multivector as FormulaMultivector
+from ..common.validation import invalid
 from ..dispatch.multivector_data import MultivectorData
 from ..dispatch.plans import PLANS, plan
 from . import linear_maps
@@ -74,47 +75,47 @@ class Operators(MultivectorData):
 
     def outer(self, other: Self | Number) -> Self:
         """Outer product ``a ^ b``."""
-        return _product("outer", self, other)
+        return _named_product("outer", self, other)
 
     def inner(self, other: Self | Number) -> Self:
         """Inner product ``a | b`` of the thesis: the part of grade ``|r - s|``, zero with scalars."""
-        return _product("inner", self, other)
+        return _named_product("inner", self, other)
 
     def sandwich(self, other: Self | Number) -> Self:
         """``R >> x``: R x ~R."""
-        return _product("sandwich", self, other)
+        return _named_product("sandwich", self, other)
 
     def left_contraction(self, other: Self | Number) -> Self:
         """The part of grade s - r of the product."""
-        return _product("left_contraction", self, other)
+        return _named_product("left_contraction", self, other)
 
     def right_contraction(self, other: Self | Number) -> Self:
         """The part of grade r - s of the product."""
-        return _product("right_contraction", self, other)
+        return _named_product("right_contraction", self, other)
 
     def scalar_product(self, other: Self | Number) -> Self:
         """<a b>_0; unlike the inner product it is not zero with scalars."""
-        return _product("scalar_product", self, other)
+        return _named_product("scalar_product", self, other)
 
     def commutator(self, other: Self | Number) -> Self:
         """(a b - b a)/2."""
-        return _product("commutator", self, other)
+        return _named_product("commutator", self, other)
 
     def anticommutator(self, other: Self | Number) -> Self:
         """(a b + b a)/2."""
-        return _product("anticommutator", self, other)
+        return _named_product("anticommutator", self, other)
 
     def regressive(self, other: Self | Number) -> Self:
         """``a & b``: (a* ^ b*) I, or J^-1(J a ^ J b) where the metric is degenerate."""
-        return _product("regressive", self, other)
+        return _named_product("regressive", self, other)
 
     def meet(self, other: Self) -> Self:
         """Intersection: ``a & b``, or ``a ^ b`` in PGA and other degenerate metrics."""
-        return _product("outer" if self._type.algebra.is_degenerate else "regressive", self, other)
+        return _named_product("outer" if self._type.algebra.is_degenerate else "regressive", self, other)
 
     def join(self, other: Self) -> Self:
         """Span of disjoint objects: ``a ^ b``, or ``a & b`` in PGA and other degenerate metrics."""
-        return _product("regressive" if self._type.algebra.is_degenerate else "outer", self, other)
+        return _named_product("regressive" if self._type.algebra.is_degenerate else "outer", self, other)
 
     # -- linear structure ----------------------------------------------------------------------------------
 
@@ -175,6 +176,15 @@ def _product(operation: str, a: P, b: Any) -> P:
     if right is NotImplemented:
         return NotImplemented  # type: ignore[no-any-return]
     return plan(operation, a, right)(a, right)  # type: ignore[no-any-return]
+
+
+def _named_product(operation: str, a: P, b: Any) -> P:
+    """The same of a method, which has no other operand to turn to."""
+    product = _product(operation, a, b)
+    if product is NotImplemented:
+        remedy = "In a formula take the operators, a * b, a ^ b" if isinstance(b, FormulaMultivector) else None
+        raise invalid(b, "the other operand", "a multivector or a number", remedy=remedy)
+    return product
 
 
 def _reflected_product(operation: str, a: Any, b: P) -> P:

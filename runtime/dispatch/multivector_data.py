@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.algebra.algebra import Kind
+from ..codegen.errors import InputError
 from ..common.dtypes import F64, as_precision
 from ..common.validation import invalid
 from ..status import Status
@@ -227,7 +228,7 @@ class MultivectorData:
 
 
 def check_multivector(x: Any, what: str = "x") -> None:
-    """Check that a value is a multivector.
+    """Check that a value is a multivector on NumPy arrays.
 
     Raises
     ------
@@ -236,6 +237,9 @@ def check_multivector(x: Any, what: str = "x") -> None:
     """
     if not isinstance(x, MultivectorData):
         raise invalid(x, what, "a multivector")
+    if x._type.backend is not None:
+        holder = f"an array of {x._type.backend.name}"
+        raise InputError(f"{what} is on {holder}; one of NumPy is needed.", remedy="Take x.numpy()")
 
 
 def statuses(codes: NDArray[np.uint8] | None, lead: tuple[int, ...]) -> Statuses:

@@ -39,8 +39,10 @@ def test_tolerances_are_numbers(tolerance):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: cga.circle(np.zeros((2, 3)), np.ones((4, 3)), 1.0),
-         r"cga3d, circle: the shapes .* broadcast: center \(2, 3\), normal \(4, 3\), radius \(\)\. Insert axes"),
+        (
+            lambda: cga.circle(np.zeros((2, 3)), np.ones((4, 3)), 1.0),
+            r"cga3d, circle: the shapes .* broadcast: center \(2, 3\), normal \(4, 3\), radius \(\)\. Insert axes",
+        ),
         (lambda: cga.rotor((0, 0, 1), [1.0, 2.0], np.zeros((3, 3))), r"axis \(3,\), angle \(2,\), point \(3, 3\)"),
         (lambda: cga.kind([1]), r"no kind \[1\]"),
         (lambda: cga.multivector([1.0], blades=3), "blades are 3"),
@@ -55,6 +57,9 @@ def test_tolerances_are_numbers(tolerance):
         (lambda: cga.motor_parameters(np.eye(4)), "x is array"),
         (lambda: cga.classify(cga.kind("circle")), "a Kind"),
         (lambda: ROTOR.outer([[1], [1, 2]]), "ragged"),
+        (lambda: ROTOR.outer("x"), "the other operand is 'x'; a multivector or a number is needed"),
+        (lambda: ROTOR.meet(None), "the other operand is None"),
+        (lambda: ROTOR.left_contraction(np.array(["x"])), "real numbers"),
         (lambda: ROTOR + [ROTOR], "a multivector is not an array"),
         (lambda: ROTOR.astype(np), "dtype is <module"),
         (lambda: dynamics.equilibrium(dynamics.wrench(np.eye(3), algebra=cga), rtol=[1]), "rtol"),

@@ -16,7 +16,7 @@ from ...dispatch.coefficients import embed, no_items
 from ...dispatch.formulas import evaluate_batch
 from ...dispatch.multivector_data import M
 from .. import kind_constraints, linear_maps
-from ..functions import exponentials, inverses, norms
+from ..functions import exponentials, inverses, norms, powers
 
 
 def _formula(x: M, formula: str, like: Callable[[Any], Any] | None) -> M:
@@ -59,6 +59,18 @@ def sqrt(x: M) -> M:
     exponentials.sqrt(no_items(x))  # for its refusals
     formula = x._type.memoize("sqrt", lambda: exponentials._rotor_formula(no_items(x), "sqrt"))
     return _formula(x, formula, exponentials.sqrt)
+
+
+def power(x: Any, exponent: Any) -> Any:
+    """A power: of whole numbers the product, of others, and arrays of them, exp(exponent log(x))."""
+    whole = None if hasattr(exponent, "shape") else powers.whole_exponent(exponent)
+    if whole is None:
+        rows = exponent if isinstance(exponent, float) else x._type.backend.floating(exponent, "the exponent")
+        return exp(log(x) * rows)
+    if whole == 0:
+        one = x._type.backend.constant(np.ones((*x.shape, 1)), x.values)
+        return wrap(x.algebra, x.algebra.scalar_layout, one, x._type.backend)
+    return powers.repeated_product(x if whole > 0 else inverse(x), abs(whole))
 
 
 def norm(x: Any) -> Any:

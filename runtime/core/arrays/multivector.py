@@ -13,6 +13,7 @@ import numpy as np
 
 from ...codegen.algebra.algebra import Kind
 from ...codegen.errors import InputError, KindError
+from ...codegen.execute.arrays import broadcast_leads
 from ...codegen.trace.result_kinds import belongs
 from ...common.dtypes import F32, F64, as_precision
 from ...common.validation import check_shape
@@ -187,6 +188,11 @@ class ArrayMultivector(Operators):
         found: Self = functions.inverse(self)
         return found
 
+    def __pow__(self, exponent: Any) -> Self:
+        """A power: of whole numbers the product, of others exp(exponent log(x))."""
+        found: Self = functions.power(self, exponent)
+        return found
+
     def __pos__(self) -> Self:
         return self
 
@@ -254,6 +260,7 @@ def _from_columns(algebra: Any, values: Mapping[Any, Any], backend: Backend) -> 
         blade, sign = blade_in(algebra, key)
         column = backend.floating(value, f"the coefficient of {key!r}") * sign
         columns[blade] = columns[blade] + column if blade in columns else column
+    broadcast_leads([tuple(column.shape) for column in columns.values()], "multivector")
     kind = algebra.layout_of(columns)
     made: ArrayMultivector = wrap(algebra, kind, backend.stack([columns[blade] for blade in kind.blades]), backend)
     return made

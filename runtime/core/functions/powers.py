@@ -26,24 +26,29 @@ def power(x: P, exponent: Any, strict: bool = False) -> P:
     InputError
         If the exponent is not a real number or an array of them, or a whole one beyond `MAX_POWER`.
     """
-    whole = None if isinstance(exponent, bool | np.bool_) else _whole(exponent)
+    whole = whole_exponent(exponent)
     if whole is None:
         rows = real_array(float(exponent) if isinstance(exponent, Fraction) else exponent, "the exponent")
         return exp(log(x, strict) * rows, strict)
-    as_int(abs(whole), "the exponent's size", 0, MAX_POWER)
     base = x if whole >= 0 else inverse(x, strict=strict)
     if whole == 0:
         return x._make(x.algebra.type_of(x.algebra.scalar_layout, x.dtype), np.ones((*x._lead, 1), x.dtype), x._lead)
-    result, square, rest = None, base, abs(whole)
+    result = repeated_product(base, abs(whole))
+    return result if whole > 0 else x._make(result._type, result._data, result._lead, base._status)
+
+
+def repeated_product(base: P, count: int) -> P:
+    """The product of ``count`` factors, at least one."""
+    result, square = None, base
     while True:
-        if rest & 1:
+        if count & 1:
             result = square if result is None else result * square
-        rest >>= 1
-        if not rest:
+        count >>= 1
+        if not count:
             break
         square = square * square
     assert result is not None
-    return result if whole > 0 else x._make(result._type, result._data, result._lead, base._status)
+    return result
 
 
 def power_of_number(base: Any, exponent: P) -> P:
@@ -60,13 +65,26 @@ def power_of_number(base: Any, exponent: P) -> P:
     return exp(exponent * np.log(rows))  # type: ignore[no-any-return]
 
 
-def _whole(exponent: Any) -> int | None:
-    """A whole number as such; also a float that is one."""
-    if isinstance(exponent, Fraction):
-        return exponent.numerator if exponent.denominator == 1 else None
-    if isinstance(exponent, float | np.floating) and exponent.is_integer():
-        return int(exponent)
-    try:
-        return index(exponent)
-    except TypeError:
+def whole_exponent(exponent: Any) -> int | None:
+    """A whole number as such, also a float that is one; None of all others.
+
+    Raises
+    ------
+    InputError
+        If its size is beyond `MAX_POWER`.
+    """
+    whole: int | None
+    if isinstance(exponent, bool | np.bool_):
         return None
+    if isinstance(exponent, Fraction):
+        whole = exponent.numerator if exponent.denominator == 1 else None
+    elif isinstance(exponent, float | np.floating) and exponent.is_integer():
+        whole = int(exponent)
+    else:
+        try:
+            whole = index(exponent)
+        except TypeError:
+            return None
+    if whole is not None:
+        as_int(abs(whole), "the exponent's size", 0, MAX_POWER)
+    return whole

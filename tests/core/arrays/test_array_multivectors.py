@@ -13,7 +13,15 @@ import pytest
 import bladesmith as bs
 from bladesmith import cga3d as cga
 from bladesmith import pga3d as pga
-from bladesmith.errors import AlgebraMismatchError, GradeError, InputError, KindError, ShapeError, SignatureError
+from bladesmith.errors import (
+    AlgebraMismatchError,
+    BladesmithError,
+    GradeError,
+    InputError,
+    KindError,
+    ShapeError,
+    SignatureError,
+)
 
 pytestmark = pytest.mark.peers
 
@@ -61,6 +69,8 @@ OPERATIONS: dict[str, Callable[[Any], Any]] = {
     "root": lambda z: z.normalized().sqrt(),
     "exponential": lambda z: z.grade(2).exp(),
     "inverse": lambda z: z.inverse() + z / z + 1 / z + pga.e12 / z,
+    "powers": lambda z: z**2 + z**-2 + z**0,
+    "powers of a motor": lambda z: z.normalized() ** 0.5 + z.normalized() ** np.array([0.5, 2, -1]),
     "versor's inverse": lambda z: z.normalized().inverse(),
     "items": lambda z: z[1] + z[:, None][..., 0] + z.reshape(3, 1)[0],
     "precision": lambda z: z.astype(np.float32) * 2.0,
@@ -119,6 +129,12 @@ def test_what_has_no_answer_is_nan_and_what_is_wrong_an_error(array: Callable[[A
         (lambda: cga.multivector(x), InputError, "not converted"),
         (lambda: x.exp(), GradeError, "a series"),
         (lambda: x.status, InputError, "no statuses"),
+        (lambda: x**True, InputError, "the exponent"),
+        (lambda: x**5000, InputError, "the exponent"),
+        (lambda: x.outer("a"), InputError, "the other operand is 'a'"),
+        (lambda: pga.outermorphism(np.eye(4)).apply(x), InputError, "x is on an array of"),
+        (lambda: pga.multivector({"e1": array(np.ones(2)), "e2": array(np.ones(3))}), ShapeError, "do not broadcast"),
+        (lambda: pga.multivector({"e1": array(np.ones(2)), "e2": "x"}), BladesmithError, "coefficient of 'e2'"),
         (lambda: x.copy(), InputError, "not written to"),
         (lambda: pga.multivector(array(M), basis="orthonormal"), InputError, "basis="),
         (lambda: bs.objects.trs_rotor(x, x), InputError, "a multivector is needed"),
