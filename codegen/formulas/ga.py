@@ -33,6 +33,7 @@ def _is_scalar(x: Multivector) -> bool:
 
 
 def _check_conformal(x: Multivector, name: str) -> None:
+    _is_scalar(x)  # for its refusal
     if "ni" not in x.algebra.vectors:
         raise GradeError(f"{name} in a formula is that of conformal geometry, and {x.algebra.name} is none.")
 
@@ -95,6 +96,8 @@ def nearest(x: Multivector) -> Multivector:
 
 def project(x: Multivector) -> Multivector:
     """The unit blade that a multivector of one grade stands for, such as a sum of circles (thesis 3.5)."""
+    if len(x.grades) > 1:
+        raise GradeError(f"project in a formula is that of one grade, and this has the grades {x.grades}.")
     return blades.project_to_blade(x)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
+from numbers import Integral
 from typing import Any, Literal
 
 import numpy as np
@@ -12,7 +13,7 @@ from ..algebra.algebra import Algebra, Kind
 from ..algebra.multivector import Multivector
 from ..autodiff.calls import coefficients, rows_of
 from ..compiler import as_written, bind_kernel, compile_declared, optimise_quickly, print_source
-from ..errors import CompilerMissingError, InputError, ShapeError, TraceError
+from ..errors import CompilerMissingError, InputError, ShapeError, TraceError, one_line
 from ..execute.arrays import native_array
 from ..execute.bound_kernels import BoundKernel
 from ..execute.reductions.sums import run_sums, sum_items
@@ -28,6 +29,8 @@ from ..trace.outputs import as_outputs
 
 #: Where a kernel can run: compiled C, numba, a CUDA device, or the numba text on NumPy columns.
 TARGETS = ("c", "numba", "cuda", "numpy")
+#: The precision to which references are computed at most.
+MOST_DIGITS = 10_000
 _log = logging.getLogger("bladesmith")
 
 
@@ -183,6 +186,8 @@ class CompiledKernel(DeclaredFormula):
         arrays, owner = self._arrays(arguments)
         lead = np.broadcast_shapes(*(self._lead(a, k) for a, k in zip(arrays, self.kinds, strict=True)))
         if digits is not None:
+            if not isinstance(digits, Integral) or isinstance(digits, bool) or not 1 <= digits <= MOST_DIGITS:
+                raise InputError(f"digits is {one_line(digits)}; a whole number from 1 to {MOST_DIGITS} is needed.")
             values = self._precise_items(arrays, lead if self.reduce else (), digits)
             return values[0] if len(values) == 1 else values
         columns = [

@@ -444,7 +444,11 @@ class Algebra(Constructors[Multivector]):
         GradeError
             If the algebra stands for no geometry.
         """
-        raise GradeError(f"{self.name} has no points to act on; they are those of cga3d and pga3d.")
+        from .conversion.representations import OTHER_MATRICES
+
+        raise GradeError(
+            f"{self.name} has no points to act on; they are those of cga3d and pga3d.", remedy=OTHER_MATRICES
+        )
 
     # -- objects -------------------------------------------------------------------------------------------
 

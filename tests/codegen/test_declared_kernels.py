@@ -286,3 +286,11 @@ def test_constant_multivectors_stand_on_the_left_too(formula: Callable[[Any], An
     kernel = codegen.kernel(pga.kind("motor"), name="left")(formula)
     found, expected = kernel.on("numpy")(m), formula(m)
     np.testing.assert_allclose(found.values, expected.as_kind(found.kind).values, atol=1e-15)
+
+
+@pytest.mark.parametrize("digits", [0, -5, 2.5, True, "50", 10**9])
+def test_references_have_a_digit_at_least(digits: Any) -> None:
+    kernel = scalar_kernel(lambda a: a / 3)
+    assert str(kernel.reference(1.0, digits=np.int64(30))[0]).startswith("0.333333333333")
+    with pytest.raises(InputError, match="digits is"):
+        kernel.reference(1.0, digits=digits)

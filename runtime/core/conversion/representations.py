@@ -19,6 +19,8 @@ from . import basis_change
 
 #: "left" and "right" are real matrices (2^n, 2^n) on the coefficients of the other factor.
 REPRESENTATIONS = ("left", "right", "complex")
+#: What to do where there are no matrices of motors.
+OTHER_MATRICES = "Say which matrices are meant: representation='left', 'right' or 'complex'"
 #: Dimensions of the largest matrices: 256 x 256.
 LARGEST = 8
 #: A matrix is that of a multivector if it differs by at most this many rounding units of its largest entry.
@@ -166,5 +168,7 @@ def as_homogeneous(algebra: TypedAlgebra) -> Any:
     """
     maker = getattr(type(algebra), "motor_from_matrix", None)
     if maker is None:
-        raise GradeError(f"{algebra.name} has no motors of space; they are those of cga3d and pga3d.")
+        raise GradeError(
+            f"{algebra.name} has no motors of space; they are those of cga3d and pga3d.", remedy=OTHER_MATRICES
+        )
     return maker

@@ -105,3 +105,11 @@ def test_functions_of_formulas_say_that_they_are() -> None:
     for wrong in (cga.e12, 3):
         with pytest.raises(bs.errors.TraceError, match="for multivectors of formulas"):
             ga.exp(wrong)  # type: ignore[arg-type]
+        with pytest.raises(bs.errors.TraceError, match="for multivectors of formulas"):
+            ga.rotor_between(wrong, wrong)  # type: ignore[arg-type]
+
+
+def test_projections_are_of_one_grade() -> None:
+    kernel = codegen.kernel(cga.kind("motor"), name="mixed")(ga.project)
+    with pytest.raises(bs.errors.GradeError, match="of one grade"):
+        kernel.reference(cga.random("motor", 1, 1))

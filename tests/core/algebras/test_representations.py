@@ -54,6 +54,8 @@ def test_motors_are_homogeneous_matrices_by_default() -> None:
         (lambda: bs.algebra(1).from_matrix([[1, 1], [0, 1]], "complex"), bs.errors.InputError, "no multivector"),
         (lambda: bs.algebra(2).from_matrix(1j * np.eye(4), "left"), bs.errors.InputError, "complex"),
         (lambda: bs.algebra(9).e1.to_matrix("left"), bs.errors.SignatureError, "go to 8"),
+        (lambda: bs.algebra(2).e1.to_matrix(), bs.errors.GradeError, "representation='left'"),
+        (lambda: bs.algebra(2).from_matrix(np.eye(4)), bs.errors.GradeError, "representation='left'"),
         (lambda: cga3d.e1.to_matrix("spinor"), bs.errors.InputError, "representation"),
         (lambda: bs.algebra(2).from_matrix("abc", "left"), bs.errors.BladesmithError, "matrix"),
     ],
