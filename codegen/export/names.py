@@ -60,7 +60,7 @@ _TAKEN_FILES = {
 }
 #: Languages in which functions have the file's name before theirs: there they may be called as a word.
 _PREFIXED = ("c99", "glsl")
-#: Languages in which blades, arguments and results get an underscore where they are called as a word.
+#: Languages in which arguments and results get an underscore where they are called as a word.
 _RENAMED = ("glsl",)
 #: Names of the files' own functions, where types and functions have one space of names.
 _HELPERS = ("quotient", "remainder", "min", "max", "imin", "imax", "iabs")
@@ -121,9 +121,15 @@ def check_names(unit: Unit, language: str) -> None:
                 f"{what} {name!r} cannot be exported.",
                 remedy="Use letters of ASCII, digits and single underscores between them.",
             )
-        is_safe = language in (_PREFIXED if is_prefixed else () if what.startswith(_OUTER) else _RENAMED)
+        is_written = what.startswith((*_OUTER, "the blade"))
+        is_safe = language in (_PREFIXED if is_prefixed else () if is_written else _RENAMED)
         if not is_safe and (name in words or (language not in _UNLIKE_C and is_c_word(name))):
             raise InputError(f"{what} {name!r} is a word of {language}.", remedy=_remedy(what))
+    if twice := [s.name for s in unit.structs if len({*s.fields}) < len(s.fields)]:
+        raise InputError(
+            f"the kind {twice[0]!r} has a vector 's', as the scalar is called there.",
+            remedy="Name the vector otherwise.",
+        )
     types, others = _SPELLED.get(language, (str, str))
     results = [f"{e.name}_result" for e in unit.entries if e.is_kernel and not result_of(e).slot]
     _check_different([*(s.name for s in unit.structs), *results], types, "kinds or results")

@@ -101,7 +101,8 @@ def _algebra_of(labels: list[str], metric: metrics.Metric) -> Algebra:
         return usual
     reserved = next((label for label in new.vectors if is_reserved(label) or label in vars(usual)), None)
     if reserved is not None:
-        raise SignatureError(f"{reserved} cannot be the name of a basis vector: algebras have an attribute of it.")
+        why = "it is a word of Python" if keyword.iskeyword(reserved) else "algebras have an attribute of it"
+        raise SignatureError(f"{reserved} cannot be the name of a basis vector: {why}.")
     data = {**data_from_algebra(new), "kinds": {}}
     digest = hashlib.sha256(repr((data["vectors"], data["metric"])).encode()).hexdigest()[:DIGITS]
     return Algebra.intern({**data, "name": f"cl{p}_{q}_{r}_{digest}"})

@@ -150,3 +150,19 @@ def test_every_algebra_has_names_for_its_results(algebra: str, only: str, tmp_pa
     assert variants and len(structs) == len(set(structs))
     if (algebra, only) == ("vga2d", "inner_multivector_multivector"):
         assert "vga2d_blades3" in structs
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_vectors_are_not_called_as_the_scalar(language: str, tmp_path: Path) -> None:
+    plane = bs.algebra(2, vectors="s t")
+    with pytest.raises(InputError, match="vector 's'"):
+        codegen.kernel(plane.kind("multivector"), name="twice")(lambda a: a + a).export(language, tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("vectors", ["int auto", "sample x", "struct y"])
+def test_blades_are_no_words_of_shaders(vectors: str, tmp_path: Path) -> None:
+    plane = bs.algebra(2, vectors=vectors)
+    with pytest.raises(InputError, match="the blade '.*' is a word of glsl"):
+        codegen.kernel(plane.kind("vector"), name="twice")(lambda a: a + a).export("glsl", tmp_path / "new")
+    assert not (tmp_path / "new").exists()

@@ -118,6 +118,8 @@ def test_names_of_blades_read_back_whatever_the_order_of_numbers_and_letters(vec
 def test_vectors_are_not_called_like_what_each_algebra_holds(name: str) -> None:
     with pytest.raises(bs.errors.SignatureError, match=f"{name} cannot be the name"):
         bs.algebra(2, vectors=f"{name} x")
+    with pytest.raises(bs.errors.SignatureError, match="a word of Python"):
+        bs.algebra(2, vectors="for x")
 
 
 def test_endless_iterables_are_refused() -> None:
