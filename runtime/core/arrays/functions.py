@@ -63,7 +63,8 @@ def sqrt(x: M) -> M:
 
 def power(x: Any, exponent: Any) -> Any:
     """A power: of whole numbers the product, of others, and arrays of them, exp(exponent log(x))."""
-    whole = None if hasattr(exponent, "shape") else powers.whole_exponent(exponent)
+    is_array = hasattr(exponent, "shape") and not isinstance(exponent, np.generic)
+    whole = None if is_array else powers.whole_exponent(exponent)
     if whole is None:
         rows = exponent if isinstance(exponent, float) else x._type.backend.floating(exponent, "the exponent")
         return exp(log(x) * rows)

@@ -69,7 +69,7 @@ OPERATIONS: dict[str, Callable[[Any], Any]] = {
     "root": lambda z: z.normalized().sqrt(),
     "exponential": lambda z: z.grade(2).exp(),
     "inverse": lambda z: z.inverse() + z / z + 1 / z + pga.e12 / z,
-    "powers": lambda z: z**2 + z**-2 + z**0,
+    "powers": lambda z: z**2 + z**-2 + z**0 + z ** np.int64(3),
     "powers of a motor": lambda z: z.normalized() ** 0.5 + z.normalized() ** np.array([0.5, 2, -1]),
     "versor's inverse": lambda z: z.normalized().inverse(),
     "items": lambda z: z[1] + z[:, None][..., 0] + z.reshape(3, 1)[0],
