@@ -14,7 +14,7 @@ from typing import Any
 import click
 
 from ..codegen.export.options import LANGUAGES, PRECISIONS, ExportOptions
-from ..errors import InputError
+from ..errors import InputError, SpecError
 from . import options
 
 #: Files of robots.
@@ -115,7 +115,11 @@ def _export_algebra(source: str, target: Target, only: tuple[str, ...], feedback
     from ..codegen.export.export import export
     from ..codegen.library.kernels import library_variants
 
-    spec = load_spec(Path(source) if source.endswith(".toml") else stock_spec_path(source))
+    try:
+        spec = load_spec(Path(source) if source.endswith(".toml") else stock_spec_path(source))
+    except SpecError as error:
+        is_file = source.endswith(".toml")
+        raise error if is_file else SpecError(error.what, remedy="A kernel of a module is module:name") from None
     chosen = ExportOptions(target.language, target.name or str(spec["name"]), **target.options)
     variants = library_variants(spec, only, feedback.shows_bars)
     return export(variants, target.folder, chosen)

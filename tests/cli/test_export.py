@@ -61,7 +61,7 @@ def test_a_header_may_stand_apart(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["nothing"], "no stock algebra 'nothing'"),
+        (["nothing"], "module:name"),
         (["missing.urdf"], "cannot be read"),
         (["vga2d", "--only", "rotate"], "no kernel 'rotate'"),
         (["vga2d", "--name", "double"], "'double' is a word of c99"),

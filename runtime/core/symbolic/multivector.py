@@ -58,17 +58,26 @@ class SymbolicMultivector(Multivector):
         """
         return self.new({b: as_polynomial(function(expressions.to_sympy(p))) for b, p in self.terms.items()})
 
+    def _by_sympy(self, name: str, function: Callable[[Any], Any]) -> Self:
+        """`applyfunc` of a function that refuses arguments in its own way."""
+        try:
+            return self.applyfunc(function)
+        except InputError:
+            raise
+        except (ValueError, TypeError) as error:
+            raise InputError(f"{name}: {one_line(error)}") from None
+
     def subs(self, *arguments: Any, **options: Any) -> Self:
         """Substitution in all coefficients, as of SymPy's ``subs``."""
-        return self.applyfunc(lambda e: e.subs(*arguments, **options))
+        return self._by_sympy("subs", lambda e: e.subs(*arguments, **options))
 
     def diff(self, *symbols: Any) -> Self:
         """Derivative by symbols, as of SymPy's ``diff``."""
-        return self.applyfunc(lambda e: e.diff(*symbols))
+        return self._by_sympy("diff", lambda e: e.diff(*symbols))
 
     def integrate(self, *symbols: Any) -> Self:
         """Integral of each coefficient, as of SymPy's ``integrate``."""
-        return self.applyfunc(lambda e: sympy.integrate(e, *symbols))
+        return self._by_sympy("integrate", lambda e: sympy.integrate(e, *symbols))
 
     def simplify(self, **options: Any) -> Self:
         """Each coefficient simplified by SymPy."""

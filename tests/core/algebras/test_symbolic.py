@@ -179,6 +179,8 @@ def test_symbols_of_a_kind() -> None:
         (lambda x: x * SPACE.vector(np.eye(3)), bs.errors.TraceError, "batch"),
         (lambda x: SPACE.vector(np.eye(3)) * x, bs.errors.TraceError, "batch"),
         (lambda x: cga3d.e1 * x, bs.errors.AlgebraMismatchError, "cga3d"),
+        (lambda x: x.subs(A), bs.errors.InputError, "subs: "),
+        (lambda x: x.diff(3), bs.errors.InputError, "diff: "),
         (lambda x: x.lambdify(B), bs.errors.InputError, "symbols a"),
         (lambda x: x.lambdify(A, A), bs.errors.InputError, "twice"),
         (lambda x: x.lambdify(3), bs.errors.InputError, "3 is no symbol"),
