@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import Any
 
-from ..errors import BladeError, GradeError, InputError, TraceError
+from ..errors import BladeError, GradeError, TraceError
 from ..rings.protocol import Ring
 from .algebra import Algebra
 from .blade_sum import BladeSum, Number
@@ -203,7 +203,7 @@ def _function(name: str) -> Callable[..., Multivector]:
     def apply(first: Multivector, *others: Multivector) -> Multivector:
         if not isinstance(first, Multivector):
             what = f"codegen.{name} is a function of values in formulas; this is a {type(first).__name__}."
-            raise InputError(what, remedy="Elsewhere numbers have NumPy's functions, and multivectors methods")
+            raise TraceError(what, remedy="Elsewhere numbers have NumPy's functions, and multivectors methods")
         try:
             values = [first.scalar(), *(first._lift(x).scalar() for x in others)]
         except GradeError as error:

@@ -397,8 +397,8 @@ BS_INLINE void FN(store_threes)(S *dst, const V *src)
 /* Three numbers a row: four rows are three vectors. */
 BS_INLINE void FN(load_threes)(V *dst, const S *src)
 {
-  const V a = (V)(*(const FN(loose_vector) *)src), b = (V)(*(const FN(loose_vector) *)(src + W));
-  const V c = (V)(*(const FN(loose_vector) *)(src + 2 * W));
+  const V a = (V)(*(const FN(loose_vector) *)src), b = (V)(*(const FN(loose_vector) *)&src[W]);
+  const V c = (V)(*(const FN(loose_vector) *)&src[2 * W]);
   const V of_01 = BS_SHUFFLE(a, b, 0, 1, 6, 7), of_20 = BS_SHUFFLE(a, c, 2, 3, 4, 5),
           of_12 = BS_SHUFFLE(b, c, 0, 1, 6, 7);
   dst[0] = BS_SHUFFLE(of_01, of_20, 0, 5, 2, 7);
@@ -411,8 +411,8 @@ BS_INLINE void FN(store_threes)(S *dst, const V *src)
   const V of_01 = BS_LOW(src[0], src[1]), of_20 = BS_SHUFFLE(src[2], src[0], 0, 5, 2, 7),
           of_12 = BS_HIGH(src[1], src[2]);
   *(FN(loose_vector) *)dst = (FN(loose_vector))BS_LOW_OF_FOUR(of_01, of_20);
-  *(FN(loose_vector) *)(dst + W) = (FN(loose_vector))BS_SHUFFLE(of_12, of_01, 0, 1, 6, 7);
-  *(FN(loose_vector) *)(dst + 2 * W) = (FN(loose_vector))BS_HIGH_OF_FOUR(of_20, of_12);
+  *(FN(loose_vector) *)&dst[W] = (FN(loose_vector))BS_SHUFFLE(of_12, of_01, 0, 1, 6, 7);
+  *(FN(loose_vector) *)&dst[2 * W] = (FN(loose_vector))BS_HIGH_OF_FOUR(of_20, of_12);
 }
 #endif
 
