@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -88,6 +88,20 @@ def coefficients(kernel: str, value: Any, kind: Kind, argument: str) -> Any:
         raise KindError(f"{kernel}: argument {argument}: {error}") from None
 
 
+def check_count(kernel: Any, arguments: Sequence[Any], by_name: Iterable[str] = ()) -> tuple[str, ...]:
+    """Names of the arguments that are not given by position.
+
+    Raises
+    ------
+    InputError
+        If there are more or fewer, or those by name are others.
+    """
+    rest: tuple[str, ...] = kernel.arguments[len(arguments) :]
+    if len(arguments) > len(kernel.kinds) or set(by_name) != set(rest):
+        raise InputError(f"{kernel.name} takes {len(kernel.kinds)} arguments ({', '.join(kernel.arguments)}).")
+    return rest
+
+
 def positional(kernel: Any, arguments: Sequence[Any], by_name: Mapping[str, Any]) -> list[Any]:
     """The arguments in the declared order, multivectors as their coefficients.
 
@@ -96,9 +110,7 @@ def positional(kernel: Any, arguments: Sequence[Any], by_name: Mapping[str, Any]
     InputError, AlgebraMismatchError, KindError
         If there are more or fewer; if a multivector is not of its argument's kind.
     """
-    rest = kernel.arguments[len(arguments) :]
-    if len(arguments) + len(by_name) != len(kernel.kinds) or set(by_name) != set(rest):
-        raise InputError(f"{kernel.name} takes {len(kernel.kinds)} arguments ({', '.join(kernel.arguments)}).")
+    rest = check_count(kernel, arguments, by_name)
     whole = zip((*arguments, *(by_name[name] for name in rest)), kernel.kinds, kernel.arguments, strict=True)
     return [coefficients(kernel.name, value, kind, name) for value, kind, name in whole]
 

@@ -121,8 +121,8 @@ def check_names(unit: Unit, language: str) -> None:
                 f"{what} {name!r} cannot be exported.",
                 remedy="Use letters of ASCII, digits and single underscores between them.",
             )
-        is_written = what.startswith((*_OUTER, "the blade"))
-        is_safe = language in (_PREFIXED if is_prefixed else () if is_written else _RENAMED)
+        is_kept = what.startswith((*_OUTER, "the blade"))
+        is_safe = language in (_PREFIXED if is_prefixed else () if is_kept else _RENAMED)
         if not is_safe and (name in words or (language not in _UNLIKE_C and is_c_word(name))):
             raise InputError(f"{what} {name!r} is a word of {language}.", remedy=_remedy(what))
     if twice := [s.name for s in unit.structs if len({*s.fields}) < len(s.fields)]:

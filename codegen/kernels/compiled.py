@@ -11,7 +11,7 @@ import numpy as np
 
 from ..algebra.algebra import Algebra, Kind
 from ..algebra.multivector import Multivector
-from ..autodiff.calls import coefficients, rows_of
+from ..autodiff.calls import check_count, coefficients, rows_of
 from ..compiler import as_written, bind_kernel, compile_declared, optimise_quickly, print_source
 from ..errors import CompilerMissingError, InputError, ShapeError, TraceError, one_line
 from ..execute.arrays import native_array
@@ -265,8 +265,7 @@ class CompiledKernel(DeclaredFormula):
 
     def _arrays(self, arguments: Sequence[Any]) -> tuple[list[Any], Any]:
         """Arrays of coefficients in the declared order, and the algebra that wraps the results (or None)."""
-        if len(arguments) != len(self.kinds):
-            raise InputError(f"{self.name} takes {len(self.kinds)} arguments ({', '.join(self.arguments)}).")
+        check_count(self, arguments)
         owner, arrays = None, []
         for value, kind, argument in zip(arguments, self.kinds, self.arguments, strict=True):
             if hasattr(value, "as_kind"):

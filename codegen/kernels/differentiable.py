@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from ..algebra.blades import shortened_identifier
+from ..autodiff.calls import check_count
 from ..autodiff.cotangents import cotangent_rows, run_summed
 from ..errors import InputError
 from ..execute.arrays import broadcast_leads
@@ -53,8 +54,7 @@ class DifferentiableKernel(CompiledKernel):
             Cotangents are coefficients beside coefficients, in the kinds' order: the change of the paired sum when a
             coefficient changes, the others kept, whatever a kind's constraints say. NaN where there is no value.
         """
-        if len(inputs) != len(self.kinds):
-            raise InputError(f"{self.name} takes {len(self.kinds)} arguments ({', '.join(self.arguments)}).")
+        check_count(self, inputs)
         return partial(self._pulled_back, inputs)
 
     def _pulled_back(self, inputs: Sequence[Any], *cotangents: Any) -> tuple[Any, ...]:

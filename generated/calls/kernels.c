@@ -17,16 +17,95 @@ static const struct { const char *name; int bits, level; } bs_instances[] = {
 #define BS_MOST 65536
 static bs_batch bs_tables[2][BS_MOST];
 static int bs_added;
-static int bs_level; /* of this processor; to ask it takes microseconds on a virtual machine */
 
 const char *bs_source_hash(void) { return BS_SOURCE_HASH; }
 int bs_has(int kernel, int single) { return bs_tables[single][kernel] != NULL; }
+
+/* A number more for lane i: it has the sum of its numbers, and that of the rounding errors of its additions. */
+#define BS_ADD(x) \
+    const double sum = sums[i] + (x), part = sum - sums[i]; \
+    errors[i] += (sums[i] - (sum - part)) + ((x) - part); \
+    sums[i] = sum
+
+/* A tile of numbers, `lanes` in each turn. */
+static void bs_add_double_v2(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
+    const double *restrict values)
+{
+  for (; n > 0; n -= lanes, values += lanes) {
+    const ptrdiff_t count = n < lanes ? n : lanes;
+    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
+  }
+}
+
+/* A tile of numbers, `lanes` in each turn. */
+static void bs_add_float_v2(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
+    const float *restrict values)
+{
+  for (; n > 0; n -= lanes, values += lanes) {
+    const ptrdiff_t count = n < lanes ? n : lanes;
+    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
+  }
+}
+
+BS_V3_BEGIN
+/* A tile of numbers, `lanes` in each turn. */
+static void bs_add_double_v3(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
+    const double *restrict values)
+{
+  for (; n > 0; n -= lanes, values += lanes) {
+    const ptrdiff_t count = n < lanes ? n : lanes;
+    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
+  }
+}
+
+/* A tile of numbers, `lanes` in each turn. */
+static void bs_add_float_v3(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
+    const float *restrict values)
+{
+  for (; n > 0; n -= lanes, values += lanes) {
+    const ptrdiff_t count = n < lanes ? n : lanes;
+    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
+  }
+}
+
+BS_V3_END
+BS_V4_BEGIN
+/* A tile of numbers, `lanes` in each turn. */
+static void bs_add_double_v4(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
+    const double *restrict values)
+{
+  for (; n > 0; n -= lanes, values += lanes) {
+    const ptrdiff_t count = n < lanes ? n : lanes;
+    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
+  }
+}
+
+/* A tile of numbers, `lanes` in each turn. */
+static void bs_add_float_v4(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
+    const float *restrict values)
+{
+  for (; n > 0; n -= lanes, values += lanes) {
+    const ptrdiff_t count = n < lanes ? n : lanes;
+    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
+  }
+}
+
+BS_V3_END
+/* Those of the widest vectors that this processor has, chosen once: to ask it takes microseconds on a virtual machine. */
+static void (*bs_add_double)(ptrdiff_t, ptrdiff_t, double *restrict, double *restrict, const double *restrict);
+static void (*bs_add_float)(ptrdiff_t, ptrdiff_t, double *restrict, double *restrict, const float *restrict);
+static void bs_choose_adders(void)
+{
+  const int level = bs_cpu_runs(4) ? 4 : bs_cpu_runs(3) ? 3 : 2;
+  bs_add_double = level == 4 ? bs_add_double_v4 : level == 3 ? bs_add_double_v3 : bs_add_double_v2;
+  bs_add_float = level == 4 ? bs_add_float_v4 : level == 3 ? bs_add_float_v3 : bs_add_float_v2;
+}
 
 /* The number of the kernel of a unit; -1 where this processor cannot run it, -2 where there are too many. */
 int bs_add_kernel(const void *added)
 {
   const bs_unit *const unit = (const bs_unit *)added;
-  bs_level = bs_cpu_runs(4) ? 4 : bs_cpu_runs(3) ? 3 : 2;
+  bs_choose_adders();
   for (int i = 0; unit && bs_instances[i].name; i++) {
     if (strcmp(bs_instances[i].name, unit->instance) || !bs_cpu_runs(bs_instances[i].level)) continue;
     if (bs_added == BS_MOST) return -2;
@@ -226,79 +305,6 @@ void bs_run_nearest(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrd
   else bs_nearest_double(batch, begin, end, m, index, (double *)least, a, row_a, b, row_b);
 }
 
-/* A number more for lane i: it has the sum of its numbers, and that of the rounding errors of its additions. */
-#define BS_ADD(x) \
-    const double sum = sums[i] + (x), part = sum - sums[i]; \
-    errors[i] += (sums[i] - (sum - part)) + ((x) - part); \
-    sums[i] = sum
-
-/* A tile of numbers, `lanes` in each turn. */
-static void bs_add_double_v2(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
-    const double *restrict values)
-{
-  for (; n > 0; n -= lanes, values += lanes) {
-    const ptrdiff_t count = n < lanes ? n : lanes;
-    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
-  }
-}
-
-/* A tile of numbers, `lanes` in each turn. */
-static void bs_add_float_v2(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
-    const float *restrict values)
-{
-  for (; n > 0; n -= lanes, values += lanes) {
-    const ptrdiff_t count = n < lanes ? n : lanes;
-    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
-  }
-}
-
-BS_V3_BEGIN
-/* A tile of numbers, `lanes` in each turn. */
-static void bs_add_double_v3(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
-    const double *restrict values)
-{
-  for (; n > 0; n -= lanes, values += lanes) {
-    const ptrdiff_t count = n < lanes ? n : lanes;
-    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
-  }
-}
-
-/* A tile of numbers, `lanes` in each turn. */
-static void bs_add_float_v3(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
-    const float *restrict values)
-{
-  for (; n > 0; n -= lanes, values += lanes) {
-    const ptrdiff_t count = n < lanes ? n : lanes;
-    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
-  }
-}
-
-BS_V3_END
-BS_V4_BEGIN
-/* A tile of numbers, `lanes` in each turn. */
-static void bs_add_double_v4(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
-    const double *restrict values)
-{
-  for (; n > 0; n -= lanes, values += lanes) {
-    const ptrdiff_t count = n < lanes ? n : lanes;
-    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
-  }
-}
-
-/* A tile of numbers, `lanes` in each turn. */
-static void bs_add_float_v4(ptrdiff_t n, ptrdiff_t lanes, double *restrict sums, double *restrict errors,
-    const float *restrict values)
-{
-  for (; n > 0; n -= lanes, values += lanes) {
-    const ptrdiff_t count = n < lanes ? n : lanes;
-    for (ptrdiff_t i = 0; i < count; i++) { BS_ADD((double)values[i]); }
-  }
-}
-
-BS_V3_END
-typedef void (*bs_double_adder)(ptrdiff_t, ptrdiff_t, double *restrict, double *restrict, const double *restrict);
-typedef void (*bs_float_adder)(ptrdiff_t, ptrdiff_t, double *restrict, double *restrict, const float *restrict);
-
 /* The sum of `count` rows of numbers, `step` apart, with its errors, in place of the first: halves are added to each other. */
 void bs_fold(ptrdiff_t count, ptrdiff_t size, ptrdiff_t step, double *sums, double *errors)
 {
@@ -332,8 +338,6 @@ void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff
     void *const *sums, int operands, const void *const *ins, const ptrdiff_t *strides)
 {
   const ptrdiff_t bytes = single ? sizeof(float) : sizeof(double);
-  const bs_double_adder add_double = bs_level == 4 ? bs_add_double_v4 : bs_level == 3 ? bs_add_double_v3 : bs_add_double_v2;
-  const bs_float_adder add_float = bs_level == 4 ? bs_add_float_v4 : bs_level == 3 ? bs_add_float_v3 : bs_add_float_v2;
   const void *here[16];
   void *outs[8];
   for (ptrdiff_t block = begin; block < end; block++) {
@@ -354,8 +358,8 @@ void bs_run_sums(int kernel, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff
         double *const lane = (double *)lanes[o];
         unsigned char *const code = (unsigned char *)sums[o] + block;
         if (!size) *code = bs_join(*code, (const unsigned char *)tiles[o], items);
-        else if (single) add_float(items * size, width * size, lane, lane + width * size, (const float *)tiles[o]);
-        else add_double(items * size, width * size, lane, lane + width * size, (const double *)tiles[o]);
+        else if (single) bs_add_float(items * size, width * size, lane, lane + width * size, (const float *)tiles[o]);
+        else bs_add_double(items * size, width * size, lane, lane + width * size, (const double *)tiles[o]);
       }
     }
     for (int o = 0; o < count; o++) {

@@ -116,10 +116,10 @@ def _export_algebra(source: str, target: Target, only: tuple[str, ...], feedback
     from ..codegen.library.kernels import library_variants
 
     try:
-        spec = load_spec(Path(source) if source.endswith(".toml") else stock_spec_path(source))
+        path = Path(source) if source.endswith(".toml") else stock_spec_path(source)
     except SpecError as error:
-        is_file = source.endswith(".toml")
-        raise error if is_file else SpecError(error.what, remedy="A kernel of a module is module:name") from None
+        raise SpecError(error.what, remedy="A kernel of a module is module:name") from None
+    spec = load_spec(path)
     chosen = ExportOptions(target.language, target.name or str(spec["name"]), **target.options)
     variants = library_variants(spec, only, feedback.shows_bars)
     return export(variants, target.folder, chosen)

@@ -19,6 +19,3 @@ INTERNAL = {
 def listed(names: Iterable[str]) -> list[str]:
     """Those that are for users."""
     return [name for name in names if name not in INTERNAL]
-
-
-__all__ = ["DIRECTORY", "INTERNAL", "listed"]

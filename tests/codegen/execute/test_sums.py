@@ -113,8 +113,12 @@ def test_threads_give_the_same_bits(monkeypatch):
     shared, run_threaded = [], parallel._run_threaded
 
     def noted(part, ranges, *rest):
+        def whole_blocks(begin, end):
+            assert begin % BLOCK == 0
+            part(begin, end)
+
         shared.append(ranges.n)
-        run_threaded(lambda begin, end: begin % BLOCK or part(begin, end), ranges, *rest)
+        run_threaded(whole_blocks, ranges, *rest)
 
     monkeypatch.setattr(parallel, "_run_threaded", noted)
     bs.set_threads(2)
